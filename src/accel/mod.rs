@@ -1,0 +1,39 @@
+//! Who answers rays. A backend names the primitive; distance and barycentrics are recomputed by one routine that all
+//! backends share, so they give the same bits wherever they name the same primitive.
+
+use crate::scene::Geometry;
+use glam::Vec3;
+
+/// A ray o + t·d, 0 < t < t_max. `d` need not be of unit length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Origin, already moved off its surface.
+    pub o: Vec3,
+    /// Direction.
+    pub d: Vec3,
+    /// Far end, in units of |d|; may be infinite.
+    pub t_max: f32,
+}
+
+/// A canonical hit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Primitive index.
+    pub prim: u32,
+    /// Distance in units of |d|.
+    pub t: f32,
+    /// Barycentric weight of corner 1 (0 for quadrics).
+    pub b1: f32,
+    /// Barycentric weight of corner 2 (0 for quadrics).
+    pub b2: f32,
+}
+
+/// A ray-tracing backend over a scene's geometry.
+pub trait Accel: Sync {
+    /// The geometry this was built over.
+    fn geometry(&self) -> &Geometry;
+    /// The nearest primitive along the ray.
+    fn nearest(&self, ray: &Ray) -> Option<u32>;
+    /// Something lies in 0 < t < t_max.
+    fn occluded(&self, ray: &Ray) -> bool;
+}

@@ -1,0 +1,12 @@
+//! metrolux: Metropolis light transport in path space, with spectra, on Embree.
+//!
+//! Data flows one way through the rooms:
+//! scene → plan → accel → scatter → path → mutation → chain → film → output.
+//! `cli` and `study` stand beside the line and may look at all of it.
+#![warn(missing_docs)]
+#![deny(unsafe_code)]
+
+pub mod accel;
+pub mod sampling;
+pub mod scatter;
+pub mod scene;

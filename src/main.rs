@@ -1,0 +1,2 @@
+//! The `metrolux` command.
+fn main() {}

@@ -1,0 +1,76 @@
+//! Materials as data: what a scene file says, before any wavelength is known.
+
+use super::spectrum::Curve;
+use super::texture::{FloatTexture, SpectrumTexture};
+
+/// GGX roughness along the two tangents, as α (already remapped when the scene asks for it).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Roughness {
+    /// α along the tangent.
+    pub u: FloatTexture,
+    /// α along the bitangent.
+    pub v: FloatTexture,
+    /// Texture values still need α = √roughness (a textured roughness with `remaproughness`).
+    pub remap: bool,
+}
+
+/// How a conductor reflects.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ConductorFresnel {
+    /// Complex refraction index by wavelength.
+    EtaK {
+        /// Real part.
+        eta: Curve,
+        /// Imaginary part.
+        k: Curve,
+    },
+    /// Reflectance at normal incidence; as pbrt-v4: eta = 1, k = 2·√(r/(1−r)).
+    Reflectance(SpectrumTexture),
+}
+
+/// One surface material.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Material {
+    /// Lambertian reflection.
+    Diffuse {
+        /// Albedo in 0..=1.
+        reflectance: SpectrumTexture,
+    },
+    /// Metal, smooth when α is below the smoothness threshold.
+    Conductor {
+        /// Fresnel reflectance.
+        fresnel: ConductorFresnel,
+        /// GGX α.
+        roughness: Roughness,
+    },
+    /// Glass, smooth or rough.
+    Dielectric {
+        /// Refraction index inside over outside, by wavelength.
+        eta: Curve,
+        /// GGX α.
+        roughness: Roughness,
+    },
+    /// A thin sheet of glass: both interfaces at once, no bending.
+    ThinDielectric {
+        /// Refraction index.
+        eta: Curve,
+    },
+    /// A dielectric coat over a Lambertian base.
+    CoatedDiffuse {
+        /// Base albedo.
+        reflectance: SpectrumTexture,
+        /// Refraction index of the coat.
+        eta: Curve,
+        /// GGX α of the coat.
+        roughness: Roughness,
+    },
+    /// One of two materials, chosen by a fixed mixture weight.
+    Mix {
+        /// Weight of `b`, 0..=1.
+        amount: FloatTexture,
+        /// First material, index into `Scene::materials`.
+        a: u32,
+        /// Second material.
+        b: u32,
+    },
+}

@@ -1,0 +1,84 @@
+//! A quantity as a function of wavelength.
+
+use super::{LAMBDA_MIN, Lanes, Sigmoid, Spectrum};
+use std::sync::Arc;
+
+/// A function of wavelength.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Curve {
+    /// The same at every wavelength.
+    Constant(f32),
+    /// A smooth reflectance or scaled unbounded spectrum: `scale` · sigmoid.
+    Sigmoid {
+        /// Factor.
+        scale: f32,
+        /// Shape.
+        shape: Sigmoid,
+    },
+    /// An RGB illuminant: `scale` · sigmoid · illuminant table.
+    Illuminant {
+        /// Factor.
+        scale: f32,
+        /// Shape.
+        shape: Sigmoid,
+        /// Values at 360, 361 … 830 nm.
+        table: Arc<Vec<f32>>,
+    },
+    /// Values at 360, 361 … 830 nm, linear between, times a factor.
+    Table {
+        /// Factor.
+        scale: f32,
+        /// 471 values.
+        table: Arc<Vec<f32>>,
+    },
+}
+
+impl Curve {
+    /// Value at one wavelength in nm.
+    pub fn at(&self, lambda: f32) -> f32 {
+        match self {
+            Self::Constant(v) => *v,
+            Self::Sigmoid { scale, shape } => scale * shape.at(lambda),
+            Self::Illuminant {
+                scale,
+                shape,
+                table,
+            } => scale * shape.at(lambda) * lookup(table, lambda),
+            Self::Table { scale, table } => scale * lookup(table, lambda),
+        }
+    }
+
+    /// Values at the wavelengths of `lanes`.
+    #[inline]
+    pub fn eval<const N: usize>(&self, lanes: &Lanes<N>) -> Spectrum<N> {
+        match self {
+            Self::Constant(v) => Spectrum::splat(*v),
+            Self::Sigmoid { scale, shape } => shape.eval(lanes) * *scale,
+            _ => Spectrum::from_fn(|i| self.at(lanes.lambda[i])),
+        }
+    }
+
+    /// The same curve times a factor.
+    pub fn scaled(&self, k: f32) -> Self {
+        let mut c = self.clone();
+        match &mut c {
+            Self::Constant(v) => *v *= k,
+            Self::Sigmoid { scale, .. }
+            | Self::Illuminant { scale, .. }
+            | Self::Table { scale, .. } => *scale *= k,
+        }
+        c
+    }
+
+    /// Varies with wavelength.
+    pub fn is_constant(&self) -> bool {
+        matches!(self, Self::Constant(_))
+    }
+}
+
+fn lookup(table: &[f32], lambda: f32) -> f32 {
+    let x = (lambda - LAMBDA_MIN).clamp(0.0, (table.len() - 1) as f32);
+    let i = (x as usize).min(table.len() - 2);
+    let f = x - i as f32;
+    table[i] * (1.0 - f) + table[i + 1] * f
+}

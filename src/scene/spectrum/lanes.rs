@@ -1,0 +1,125 @@
+//! `Spectrum<N>`: N wavelengths carried at once, and `Lanes<N>`: which ones.
+
+use std::ops::{Add, AddAssign, Div, Index, Mul, MulAssign, Sub};
+
+/// N spectral values, one a lane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C, align(16))]
+pub struct Spectrum<const N: usize>(pub [f32; N]);
+
+impl<const N: usize> Default for Spectrum<N> {
+    fn default() -> Self {
+        Self::ZERO
+    }
+}
+
+impl<const N: usize> Spectrum<N> {
+    /// All lanes 0.
+    pub const ZERO: Self = Self([0.0; N]);
+    /// All lanes 1.
+    pub const ONE: Self = Self([1.0; N]);
+
+    /// All lanes `v`.
+    #[inline]
+    pub fn splat(v: f32) -> Self {
+        Self([v; N])
+    }
+
+    /// Lane by lane.
+    #[inline]
+    pub fn from_fn(f: impl FnMut(usize) -> f32) -> Self {
+        Self(std::array::from_fn(f))
+    }
+
+    /// Applies `f` to each lane.
+    #[inline]
+    pub fn map(self, f: impl FnMut(f32) -> f32) -> Self {
+        Self(self.0.map(f))
+    }
+
+    /// Largest lane.
+    #[inline]
+    pub fn max(self) -> f32 {
+        self.0.iter().fold(f32::NEG_INFINITY, |a, &b| a.max(b))
+    }
+
+    /// Mean over the lanes.
+    #[inline]
+    pub fn mean(self) -> f32 {
+        self.0.iter().sum::<f32>() / N as f32
+    }
+
+    /// Every lane is exactly 0.
+    #[inline]
+    pub fn is_black(self) -> bool {
+        self.0.iter().all(|&v| v == 0.0)
+    }
+
+    /// Σ aᵢ·bᵢ.
+    #[inline]
+    pub fn dot(self, o: Self) -> f32 {
+        let mut s = 0.0;
+        for i in 0..N {
+            s += self.0[i] * o.0[i];
+        }
+        s
+    }
+}
+
+macro_rules! lanewise {
+    ($t:ident, $f:ident, $op:tt) => {
+        impl<const N: usize> $t for Spectrum<N> {
+            type Output = Self;
+            #[inline]
+            fn $f(self, o: Self) -> Self {
+                Self(std::array::from_fn(|i| self.0[i] $op o.0[i]))
+            }
+        }
+    };
+}
+lanewise!(Add, add, +);
+lanewise!(Sub, sub, -);
+lanewise!(Mul, mul, *);
+lanewise!(Div, div, /);
+
+impl<const N: usize> Mul<f32> for Spectrum<N> {
+    type Output = Self;
+    #[inline]
+    fn mul(self, k: f32) -> Self {
+        self.map(|v| v * k)
+    }
+}
+impl<const N: usize> AddAssign for Spectrum<N> {
+    #[inline]
+    fn add_assign(&mut self, o: Self) {
+        *self = *self + o;
+    }
+}
+impl<const N: usize> MulAssign for Spectrum<N> {
+    #[inline]
+    fn mul_assign(&mut self, o: Self) {
+        *self = *self * o;
+    }
+}
+impl<const N: usize> Index<usize> for Spectrum<N> {
+    type Output = f32;
+    #[inline]
+    fn index(&self, i: usize) -> &f32 {
+        &self.0[i]
+    }
+}
+
+/// The wavelengths a path carries. Lane 0 is the hero wavelength λh = Λ(u); lane i is Λ(frac(u + i/N)), where Λ is the
+/// inverse CDF of a fixed density shaped like the eye's response over 360–830 nm (PBRT 4.5.4).
+/// The measure of the wavelength dimension is du on [0, 1).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lanes<const N: usize> {
+    /// The hero's sampling variable in [0, 1).
+    pub u: f32,
+    /// Wavelengths in nm.
+    pub lambda: [f32; N],
+    /// X, Y, Z of a unit of f in each lane: x̄(λᵢ) / (N·p(λᵢ)) and so on, so that XYZ = Σᵢ fᵢ·weightᵢ.
+    pub xyz: [Spectrum<N>; 3],
+    /// Weights of the chain's target: τ(f) = Σᵢ fᵢ·targetᵢ.
+    pub target: Spectrum<N>,
+}
