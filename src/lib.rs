@@ -7,6 +7,7 @@
 #![deny(unsafe_code)]
 
 pub mod accel;
+pub mod film;
 pub mod sampling;
 pub mod scatter;
 pub mod scene;

@@ -89,7 +89,8 @@ impl Rgb2Spec {
     }
 
     /// Coefficients whose reflectance has linear sRGB `rgb` (each 0..=1) under D65. Exact for greys, 0 and 1 included;
-    /// elsewhere trilinear between the nodes, see the test for the error.
+    /// elsewhere trilinear between the nodes, and within 0.005 of `rgb` in
+    /// every component.
     #[inline]
     pub fn fetch(&self, rgb: [f32; 3]) -> Sigmoid {
         let [r, g, b] = rgb;
@@ -162,8 +163,9 @@ mod tests {
                 }
             }
         }
-        assert!(worst < 0.02, "{worst} at {at:?}");
-        assert!(sum / count < 1e-3, "{}", sum / count);
+        // What the grid of 32 nodes leaves: under 1.3 steps of an 8-bit channel at worst, an eighth of one on average.
+        assert!(worst < 0.005, "{worst} at {at:?}");
+        assert!(sum / count < 5e-4, "{}", sum / count);
     }
 
     #[test]
