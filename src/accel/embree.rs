@@ -4,8 +4,9 @@
 //! the shared Rust routine. Which Embree it is, only ffi/embree.c knows.
 #![allow(unsafe_code)]
 
-use super::{Accel, Ray, obvhs::padded_bounds, quadric};
-use crate::scene::{Geometry, Quadric};
+use super::fit::{padded_bounds, validate};
+use super::{Accel, Ray, quadric};
+use crate::scene::Geometry;
 use glam::Vec3;
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::ptr::{NonNull, null_mut};
@@ -57,7 +58,7 @@ pub enum EmbreeError {
     #[error("Embree: {0}")]
     Refused(String),
     /// The geometry would make the library read outside its buffers or answer nonsense.
-    #[error("geometry not fit for Embree: {0}")]
+    #[error("geometry not fit for ray tracing: {0}")]
     Geometry(String),
 }
 
@@ -142,7 +143,7 @@ unsafe impl Sync for Embree<'_> {}
 impl<'a> Embree<'a> {
     /// Builds over all primitives of `geometry`.
     pub fn new(geometry: &'a Geometry, options: EmbreeOptions) -> Result<Self, EmbreeError> {
-        validate(geometry)?;
+        validate(geometry).map_err(EmbreeError::Geometry)?;
         let start = Instant::now();
         let device = Device::new(options.threads)?;
         let user = Box::new(sys::mlx_user {
@@ -326,35 +327,6 @@ fn refusal(device: &Device, what: &str) -> EmbreeError {
         .unwrap_or_else(|| EmbreeError::Refused(what.to_owned()))
 }
 
-/// Refuses what the library would read out of bounds or silently leave out.
-fn validate(geometry: &Geometry) -> Result<(), EmbreeError> {
-    let refuse = |text: String| Err(EmbreeError::Geometry(text));
-    // The last position is the spare one.
-    let usable = geometry.positions.len().saturating_sub(1);
-    for (i, t) in geometry.triangles.iter().enumerate() {
-        if let Some(v) = t.iter().find(|v| **v as usize >= usable) {
-            return refuse(format!(
-                "triangle {i} names vertex {v} of {usable} (beside one spare)"
-            ));
-        }
-    }
-    if u32::try_from(geometry.prim_count()).is_err() || geometry.prim_count() == u32::MAX as usize {
-        return refuse(format!("{} primitives", geometry.prim_count()));
-    }
-    // Embree drops triangles beyond this magnitude (its FLT_LARGE) without a word.
-    let sane = |p: Vec3| p.is_finite() && p.abs().max_element() < 1.8e18;
-    if let Some(i) = geometry.positions.iter().position(|p| !sane(*p)) {
-        return refuse(format!("vertex {i} is {}", geometry.positions[i]));
-    }
-    for (i, q) in geometry.quadrics.iter().enumerate() {
-        let (Quadric::Sphere { center, radius, .. } | Quadric::Disk { center, radius, .. }) = q;
-        if !sane(*center) || !sane(Vec3::splat(*radius)) {
-            return refuse(format!("quadric {i} at {center} has radius {radius}"));
-        }
-    }
-    Ok(())
-}
-
 // The callbacks below are called from C: none of them can panic, and `extern "C"` would abort rather than unwind.
 
 unsafe extern "C" fn on_error(user: *mut c_void, code: sys::RTCError, text: *const c_char) {
@@ -392,4 +364,21 @@ unsafe extern "C" fn quadric_hit(data: *const c_void, index: u32, ray: *const sy
     let (geometry, ray) = unsafe { (&*data.cast::<Geometry>(), &*ray.cast::<Ray>()) };
     let q = geometry.quadrics.get(index as usize);
     q.and_then(|q| quadric::intersect(q, ray)).unwrap_or(-1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_librarys_own_words_reach_the_caller() {
+        let geometry = super::super::testing::icosphere(0);
+        let mut built = Embree::new(&geometry, EmbreeOptions::default()).expect("builds");
+        // No such kind of geometry.
+        let Err(EmbreeError::Refused(text)) = built.attach(9999, 2) else {
+            panic!("accepted");
+        };
+        assert!(text.contains("code"), "{text}");
+        assert_eq!(built.check(), Ok(()));
+    }
 }

@@ -4,6 +4,7 @@
 pub mod canonical;
 pub mod checked;
 pub mod embree;
+mod fit;
 pub mod obvhs;
 pub mod quadric;
 pub mod record;
@@ -11,6 +12,8 @@ pub mod spawn;
 pub mod surface;
 #[cfg(test)]
 mod testing;
+#[cfg(test)]
+mod tests;
 pub mod triangle;
 
 pub use self::obvhs::Obvhs;

@@ -3,9 +3,9 @@
 //! shared routine would hit.
 
 use super::triangle::Sheared;
-use super::{Accel, Ray, quadric};
+use super::{Accel, Ray, fit::padded_bounds, quadric};
 use crate::scene::Geometry;
-use glam::{Vec3, Vec3A};
+use glam::Vec3A;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::{Bvh2, builder::build_bvh2};
 use obvhs::{Boundable, BvhBuildParams};
@@ -170,17 +170,6 @@ impl Accel for Obvhs<'_> {
     fn memory_bytes(&self) -> usize {
         size_of_val(self.bvh.nodes.as_slice()) + size_of_val(self.bvh.primitive_indices.as_slice())
     }
-}
-
-/// Bounds that hold the primitive although centre ± radius was rounded.
-pub(super) fn padded_bounds(geometry: &Geometry, prim: u32) -> (Vec3, Vec3) {
-    let (lo, hi) = geometry.prim_bounds(prim);
-    if geometry.quadric(prim).is_none() {
-        return (lo, hi);
-    }
-    // Two roundings of numbers no larger than this (centre − radius, and the radius of a disk's box).
-    let pad = lo.abs().max(hi.abs()) * (2.0 * f32::EPSILON);
-    (lo - pad, hi + pad)
 }
 
 /// A ray ready for slab tests that err on the side of entering.

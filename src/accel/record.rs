@@ -1,11 +1,12 @@
 //! Records the rays of a run, so that a benchmark can replay exactly them.
 //!
-//! File: the eight bytes `MLXRAYS1`, the number of rays as u64, then for each ray eight f32: o, d, t_max, kind
-//! (0 closest, 1 visibility). All little-endian.
+//! A file stands for itself, without the scene it came from: the eight bytes `MLXRAYS1`; the numbers of vertices,
+//! triangles, quadrics and rays as four u64; then vertices (3 f32), triangles (3 u32), quadrics (8 f32: kind 0 sphere or
+//! 1 disk, centre, radius, normal), rays (8 f32: o, d, t_max, kind 0 closest or 1 visibility). All little-endian.
 
 use super::{Accel, Ray};
-use crate::scene::Geometry;
-use glam::Vec3;
+use crate::scene::{Geometry, NONE, Quadric, Shape};
+use glam::{Mat3, Vec3};
 use std::cell::Cell;
 use std::io::{self, Read, Write};
 use std::path::Path;
@@ -51,12 +52,10 @@ impl<A: Accel> Recorder<A> {
             .collect()
     }
 
-    /// Writes the rays so far to a file.
+    /// Writes the geometry and the rays so far to a file.
     pub fn save(&self, path: &Path) -> io::Result<()> {
-        write(
-            io::BufWriter::new(std::fs::File::create(path)?),
-            &self.rays(),
-        )
+        let out = io::BufWriter::new(std::fs::File::create(path)?);
+        write(out, self.geometry(), &self.rays())
     }
 
     fn push(&self, ray: &Ray, kind: Kind) {
@@ -106,65 +105,137 @@ fn thread_number() -> usize {
     })
 }
 
-/// Writes rays in the file's format.
-pub fn write(mut out: impl Write, rays: &[(Ray, Kind)]) -> io::Result<()> {
+/// Writes what answers rays of a geometry, and rays.
+pub fn write(mut out: impl Write, geometry: &Geometry, rays: &[(Ray, Kind)]) -> io::Result<()> {
+    let g = geometry;
     out.write_all(MAGIC)?;
-    out.write_all(&(rays.len() as u64).to_le_bytes())?;
+    // The spare vertex is not written.
+    let vertices = &g.positions[..g.positions.len().saturating_sub(1)];
+    for n in [
+        vertices.len(),
+        g.triangles.len(),
+        g.quadrics.len(),
+        rays.len(),
+    ] {
+        out.write_all(&(n as u64).to_le_bytes())?;
+    }
+    for p in vertices {
+        put(&mut out, &p.to_array())?;
+    }
+    for t in &g.triangles {
+        // Bit patterns pass through unchanged.
+        put(&mut out, &t.map(f32::from_bits))?;
+    }
+    for q in &g.quadrics {
+        let (kind, c, radius, n) = match *q {
+            Quadric::Sphere { center, radius, .. } => (0.0, center, radius, Vec3::ZERO),
+            Quadric::Disk {
+                center,
+                radius,
+                normal,
+                ..
+            } => (1.0, center, radius, normal),
+        };
+        put(&mut out, &[kind, c.x, c.y, c.z, radius, n.x, n.y, n.z])?;
+    }
     for (r, kind) in rays {
         let k = *kind as u8 as f32;
         let values = [r.o.x, r.o.y, r.o.z, r.d.x, r.d.y, r.d.z, r.t_max, k];
-        for v in values {
-            out.write_all(&v.to_le_bytes())?;
-        }
+        put(&mut out, &values)?;
     }
     out.flush()
 }
 
-/// Reads what `write` wrote.
-pub fn read(mut input: impl Read) -> io::Result<Vec<(Ray, Kind)>> {
+fn put(out: &mut impl Write, values: &[f32]) -> io::Result<()> {
+    values
+        .iter()
+        .try_for_each(|v| out.write_all(&v.to_le_bytes()))
+}
+
+/// Reads what `write` wrote: a geometry that answers rays the same (materials and lights are not in it), and the rays.
+pub fn read(mut input: impl Read) -> io::Result<(Geometry, Vec<(Ray, Kind)>)> {
     let bad = |text| io::Error::new(io::ErrorKind::InvalidData, text);
-    let mut head = [0u8; 16];
-    input.read_exact(&mut head)?;
-    if &head[..8] != MAGIC {
+    let mut magic = [0u8; 8];
+    input.read_exact(&mut magic)?;
+    if &magic != MAGIC {
         return Err(bad("not a metrolux ray file"));
     }
-    let mut count = [0u8; 8];
-    count.copy_from_slice(&head[8..]);
-    let count = u64::from_le_bytes(count);
+    let mut counts = [0u64; 4];
+    for n in &mut counts {
+        let mut bytes = [0u8; 8];
+        input.read_exact(&mut bytes)?;
+        *n = u64::from_le_bytes(bytes);
+    }
+    // Vectors grow as data arrives: a wrong count ends in "unexpected end of file", not in a huge allocation.
+    let mut g = Geometry::default();
+    for _ in 0..counts[0] {
+        g.positions.push(Vec3::from_array(words(&mut input)?));
+    }
+    g.positions.push(Vec3::ZERO);
+    for _ in 0..counts[1] {
+        g.triangles.push(words(&mut input)?.map(f32::to_bits));
+    }
+    for _ in 0..counts[2] {
+        let [kind, x, y, z, radius, nx, ny, nz] = words(&mut input)?;
+        let (center, normal) = (Vec3::new(x, y, z), Vec3::new(nx, ny, nz));
+        g.quadrics.push(if kind == 0.0 {
+            Quadric::Sphere {
+                center,
+                radius,
+                to_object: Mat3::IDENTITY,
+                inward: false,
+            }
+        } else {
+            Quadric::Disk {
+                center,
+                normal,
+                tangent: normal.any_orthogonal_vector(),
+                radius,
+            }
+        });
+    }
+    g.shapes.push(Shape {
+        material: NONE,
+        has_normals: false,
+        has_uvs: false,
+    });
+    g.prim_shape = vec![0; g.prim_count()];
+    g.prim_light = vec![NONE; g.prim_count()];
     let mut rays = Vec::new();
-    let mut record = [0u8; 32];
-    for _ in 0..count {
-        input.read_exact(&mut record)?;
-        let f = |i: usize| {
-            let mut b = [0u8; 4];
-            b.copy_from_slice(&record[4 * i..4 * i + 4]);
-            f32::from_le_bytes(b)
-        };
-        let kind = match f(7) {
+    for _ in 0..counts[3] {
+        let [ox, oy, oz, dx, dy, dz, t_max, kind] = words(&mut input)?;
+        let kind = match kind {
             0.0 => Kind::Closest,
             1.0 => Kind::Any,
             _ => return Err(bad("a ray of unknown kind")),
         };
-        let ray = Ray {
-            o: Vec3::new(f(0), f(1), f(2)),
-            d: Vec3::new(f(3), f(4), f(5)),
-            t_max: f(6),
-        };
-        rays.push((ray, kind));
+        let (o, d) = (Vec3::new(ox, oy, oz), Vec3::new(dx, dy, dz));
+        rays.push((Ray { o, d, t_max }, kind));
     }
-    Ok(rays)
+    Ok((g, rays))
+}
+
+/// The next N words of a file as floats.
+fn words<const N: usize>(input: &mut impl Read) -> io::Result<[f32; N]> {
+    let mut values = [0f32; N];
+    for v in &mut values {
+        let mut bytes = [0u8; 4];
+        input.read_exact(&mut bytes)?;
+        *v = f32::from_le_bytes(bytes);
+    }
+    Ok(values)
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::Obvhs;
-    use super::super::testing::{Rng, soup};
+    use super::super::testing::{Rng, mixed};
     use super::*;
 
     #[test]
     fn rays_come_back_from_the_file_bit_for_bit() {
         let mut rng = Rng(4);
-        let geometry = soup(&mut rng, 10);
+        let geometry = mixed(&mut rng, 10, 2);
         let recorder = Recorder::new(Obvhs::new(&geometry), 5);
         for i in 0..8 {
             let ray = Ray {
@@ -181,8 +252,13 @@ mod tests {
         let rays = recorder.rays();
         assert_eq!(rays.len(), 5);
         let mut file = Vec::new();
-        write(&mut file, &rays).expect("memory");
-        assert_eq!(read(file.as_slice()).expect("own format"), rays);
+        write(&mut file, &geometry, &rays).expect("memory");
+        let (g, again) = read(file.as_slice()).expect("own format");
+        assert_eq!(again, rays);
+        assert_eq!(g.positions, geometry.positions);
+        assert_eq!(g.triangles, geometry.triangles);
+        let boxes = |g: &Geometry| [10, 11].map(|q| g.prim_bounds(q));
+        assert_eq!(boxes(&g), boxes(&geometry));
         assert!(read(&file[..file.len() - 1]).is_err());
         file[0] = b'X';
         assert!(read(file.as_slice()).is_err());
