@@ -7,7 +7,11 @@
 #![deny(unsafe_code)]
 
 pub mod accel;
+pub mod chain;
 pub mod film;
+pub mod integrator;
+pub mod mutation;
+pub mod path;
 pub mod sampling;
 pub mod scatter;
 pub mod scene;

@@ -8,6 +8,7 @@ mod crop;
 mod exact;
 mod filter;
 mod pixels;
+mod reserve;
 mod spectral;
 mod splat;
 
@@ -15,5 +16,6 @@ pub use crop::Crop;
 pub use exact::{Fault, Film, FixedWeight, WideBuffer};
 pub use filter::Filter;
 pub use pixels::{PixelSum, PixelSums};
+pub use reserve::Reserve;
 pub use spectral::{Bins, SpectralBuffer, SpectralFilm};
 pub use splat::SplatBuffer;
