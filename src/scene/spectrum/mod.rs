@@ -2,10 +2,12 @@
 
 mod curve;
 mod lanes;
+mod named;
 mod rgb;
 
 pub use curve::Curve;
 pub use lanes::{Lanes, Spectrum};
+pub use named::{blackbody, d65, from_samples, luminance, named};
 pub use rgb::{Rgb2Spec, Sigmoid};
 
 /// First wavelength of the simulation, nm.
