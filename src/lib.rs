@@ -8,6 +8,7 @@
 
 pub mod accel;
 pub mod film;
+pub mod output;
 pub mod sampling;
 pub mod scatter;
 pub mod scene;
