@@ -8,10 +8,13 @@
 
 pub mod accel;
 pub mod chain;
+pub mod cli;
 pub mod film;
 pub mod integrator;
 pub mod mutation;
+pub mod output;
 pub mod path;
 pub mod sampling;
 pub mod scatter;
 pub mod scene;
+pub mod study;
