@@ -7,8 +7,10 @@
 #![deny(unsafe_code)]
 
 pub mod accel;
+pub mod cli;
 pub mod film;
 pub mod output;
 pub mod sampling;
 pub mod scatter;
 pub mod scene;
+pub mod study;

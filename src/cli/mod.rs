@@ -1,0 +1,3 @@
+//! One file a sub-command: typed arguments to a resolved job.
+
+pub mod compare;
