@@ -46,7 +46,9 @@ impl FixedWeight {
 
     /// The nearest such factor, or `None` outside 0..2¹⁵.
     pub fn new(w: f64) -> Option<Self> {
-        (w >= 0.0 && w < 32768.0).then(|| Self((w * 4_294_967_296.0).round_ties_even() as u64))
+        (0.0..32768.0)
+            .contains(&w)
+            .then(|| Self((w * 4_294_967_296.0).round_ties_even() as u64))
     }
 
     /// The factor that is really applied.
@@ -90,9 +92,9 @@ impl Film {
         );
         let w = weight.0 as i128;
         buffer.drain(|i, v| {
-            for c in 0..3 {
+            for (sum, v) in self.sums[i].iter_mut().zip(v) {
                 // |v| < 2⁶³ and w < 2⁴⁷: the product is below 2¹¹⁰ and in units of 2⁻⁶⁴.
-                self.sums[i][c] += v[c] as i128 * w;
+                *sum += v as i128 * w;
             }
         });
     }
@@ -139,7 +141,7 @@ impl Film {
     }
 }
 
-/// A thread's exact sums of contributions of any size up to [`LARGEST`]: light-tracing splats.
+/// A thread's exact sums of contributions of any size up to 2⁴⁰: light-tracing splats.
 #[derive(Clone, Debug)]
 pub struct WideBuffer {
     film: Film,

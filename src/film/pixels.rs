@@ -26,8 +26,8 @@ impl PixelSum {
             return Err(Fault::NotANumber);
         }
         let v = xyz.map(|v| v as f64 * weight as f64);
-        for c in 0..3 {
-            self.xyz[c] += v[c];
+        for (sum, v) in self.xyz.iter_mut().zip(v) {
+            *sum += v;
         }
         self.y2 += v[1] * v[1];
         Ok(())

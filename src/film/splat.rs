@@ -52,11 +52,11 @@ impl SplatBuffer {
     #[inline]
     pub fn splat(&mut self, raster: Vec2, xyz: [f32; 3], weight: f32) -> Result<(), Fault> {
         for v in xyz {
-            if !(v >= 0.0 && v <= LARGEST) {
+            if !(0.0..=LARGEST).contains(&v) {
                 return Err(Fault::of(v as f64, LARGEST as f64).unwrap_or(Fault::TooLarge));
             }
         }
-        if !(weight >= 0.0 && (weight as f64) <= FULL) {
+        if !(0.0..=FULL).contains(&(weight as f64)) {
             return Err(Fault::of(weight as f64, FULL).unwrap_or(Fault::TooLarge));
         }
         if !raster.is_finite() {
@@ -107,8 +107,8 @@ impl SplatBuffer {
 
 #[inline]
 fn add(pixel: &mut Pixel, v: [f64; 3], h: f64) {
-    for c in 0..3 {
-        pixel.0[c] += (v[c] * h).round_ties_even() as i64;
+    for (sum, v) in pixel.0.iter_mut().zip(v) {
+        *sum += (v * h).round_ties_even() as i64;
     }
 }
 

@@ -168,10 +168,8 @@ mod tests {
             [0.2126, 0.7152, 0.0722],
             [0.0193, 0.1192, 0.9505],
         ];
-        for r in 0..3 {
-            for c in 0..3 {
-                assert!((SRGB.to_xyz[r][c] - std[r][c]).abs() < 5e-4);
-            }
+        for (got, want) in SRGB.to_xyz.iter().flatten().zip(std.iter().flatten()) {
+            assert!((got - want).abs() < 5e-4, "{got} {want}");
         }
         let back = xyz_to_rgb(rgb_to_xyz([0.2, 0.5, 0.9]));
         for (a, b) in back.into_iter().zip([0.2, 0.5, 0.9]) {

@@ -29,9 +29,9 @@ impl Sigmoid {
     #[inline]
     pub fn at(&self, lambda: f32) -> f32 {
         let x = (self.c0 * lambda + self.c1) * lambda + self.c2;
-        if x.is_infinite() {
-            return if x > 0.0 { 1.0 } else { 0.0 };
-        }
+        // Infinite coefficients stand for 0 and 1: at ±2⁶⁰ the sigmoid is exactly that, and x² still fits.
+        const FAR: f32 = (1u64 << 60) as f32;
+        let x = x.clamp(-FAR, FAR);
         0.5 + x / (2.0 * (1.0 + x * x).sqrt())
     }
 
@@ -51,7 +51,7 @@ pub(super) const ENTRIES: usize = 3 * RES * RES * RES;
 /// The table of coefficients for linear sRGB.
 ///
 /// A cell is addressed by the index of the largest component, its value z on a grid that is dense near 0 and 1
-/// ([`z_nodes`]), and the ratios x, y of the next two components to it, on uniform grids over 0..=1.
+/// (see `z_nodes`), and the ratios x, y of the next two components to it, on uniform grids over 0..=1.
 pub struct Rgb2Spec {
     z: [f32; RES],
     /// c0, c1, c2 and a spare; `[((max·RES + z)·RES + y)·RES + x]`.
@@ -137,6 +137,7 @@ mod tests {
             let s = t.fetch([v; 3]);
             for l in [360.0, 555.0, 830.0] {
                 assert!((s.at(l) - v).abs() < 2e-7, "{v}");
+                assert!((v != 0.0 && v != 1.0) || s.at(l) == v);
             }
         }
     }

@@ -125,9 +125,9 @@ fn solve(rgb: [f64; 3], mut c: Coefficients) -> (Coefficients, f64) {
             }
             g[p] = (0..3).map(|m| j[m][p] * r[m]).sum();
         }
-        for p in 0..3 {
-            a[p][p] *= 1.0 + mu;
-            a[p][p] += 1e-300;
+        for (p, row) in a.iter_mut().enumerate() {
+            row[p] *= 1.0 + mu;
+            row[p] += 1e-300;
         }
         let step = apply(&super::observer::inverse(&a), g);
         let mut next: Coefficients = std::array::from_fn(|i| c[i] + step[i]);
