@@ -241,7 +241,7 @@ fn inclusion_without_end() {
 fn truncation() {
     let text = r#"LookAt 0 0 0  0 0 1  0 1 0 Camera "perspective" "float fov" [40]
         WorldBegin AttributeBegin Texture "t" "float" "constant" "float value" 2
-        Material "dielectric" "spectrum eta" [360 1.5 830 1.4] ObjectBegin "o"
+        Material "dielectric" "spectrum eta" [400 1.5 700 1.4] ObjectBegin "o"
         Shape "bilinearmesh" "point3 P" [0 0 0 1 0 0 0 1 0 1 1 1] ObjectEnd
         ObjectInstance "o" LightSource "spot" "blackbody I" 4000 AttributeEnd"#;
     load(text).unwrap();
