@@ -251,3 +251,27 @@ fn truncation() {
         }
     }
 }
+
+/// A few lines cannot ask for 2⁶⁰ copies.
+#[test]
+fn doubling_ends_early() {
+    let mut textures = String::from("Texture \"t0\" \"float\" \"constant\"\n");
+    let mut mixes = String::from("MakeNamedMaterial \"m0\" \"string type\" \"diffuse\"\n");
+    for i in 1..60 {
+        let p = i - 1;
+        textures += &format!(
+            "Texture \"t{i}\" \"float\" \"scale\" \"texture tex\" \"t{p}\" \"texture scale\" \"t{p}\"\n"
+        );
+        mixes += &format!(
+            "MakeNamedMaterial \"m{i}\" \"string type\" \"mix\" \"string materials\" [\"m{p}\" \"m{p}\"]\n"
+        );
+    }
+    assert_eq!(
+        in_world(&textures),
+        "<text>:14:1: the texture has too many parts (found 8191, expected at most 4096)"
+    );
+    assert_eq!(
+        in_world(&mixes),
+        "<text>:11:1: mixes of mixes are nested too deeply (expected at most 8 levels)"
+    );
+}

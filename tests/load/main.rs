@@ -3,6 +3,7 @@
 mod camera;
 mod errors;
 mod lights;
+mod materials;
 mod ply;
 mod public_scenes;
 mod shapes;
