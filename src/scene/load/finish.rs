@@ -64,8 +64,9 @@ impl Loader {
     }
 }
 
-/// The point of the world that is stored as 0: the centre of the scene rounded to a multiple of a power of two not
-/// less than the scene's size. Ordinary scenes stay where they are, and what is taken off is exact in binary.
+/// The point of the world that is stored as 0: the centre of the scene rounded to a multiple of a power of two of at
+/// least twice the scene's size. Scenes that hold or touch the origin stay where they are, and what is taken off is
+/// exact in binary.
 fn origin(world: &World) -> DVec3 {
     let mut lo = DVec3::INFINITY;
     let mut hi = DVec3::NEG_INFINITY;
@@ -81,7 +82,7 @@ fn origin(world: &World) -> DVec3 {
     if !(size.is_finite() && size > 0.0) {
         return DVec3::ZERO;
     }
-    let step = size.log2().ceil().exp2();
+    let step = 2.0 * size.log2().ceil().exp2();
     let origin = (0.5 * (lo + hi) / step).round() * step;
     // −0 is not a point anybody wants to read.
     if origin.is_finite() {

@@ -22,8 +22,11 @@ pub(super) enum MaterialRef {
 /// Parameters of the layered model's random walk in pbrt; the model here is evaluated in closed form.
 const WALK: [&str; 4] = ["maxdepth", "nsamples", "thickness", "g"];
 
+/// Deepest nesting of mixes: what looks at all of a mix takes 2^depth steps.
+const MAX_MIX_DEPTH: u32 = 8;
+
 impl Library {
-    /// Builds a material and reports the parameters it did not take.
+    /// Builds a material; `None` is the interface.
     pub(super) fn material(&self, kind: &str, p: &Params) -> Result<Option<Material>> {
         Ok(Some(match kind {
             "" | "none" | "interface" => return Ok(None),
@@ -175,11 +178,25 @@ impl Library {
                 .found(format!("\"{name}\""))
                 .expected("the name of a material defined above")),
         };
+        let (a, b) = (index(a)?, index(b)?);
+        if self.mix_depth(a).max(self.mix_depth(b)) >= MAX_MIX_DEPTH {
+            return Err(
+                SceneError::value(&p.at, "mixes of mixes are nested too deeply")
+                    .expected(format!("at most {MAX_MIX_DEPTH} levels")),
+            );
+        }
         Ok(Material::Mix {
             amount: self.float_texture(p, "amount", 0.5)?,
-            a: index(a)?,
-            b: index(b)?,
+            a,
+            b,
         })
+    }
+
+    fn mix_depth(&self, material: u32) -> u32 {
+        match &self.materials[material as usize] {
+            Material::Mix { a, b, .. } => 1 + self.mix_depth(*a).max(self.mix_depth(*b)),
+            _ => 0,
+        }
     }
 
     /// Texture coordinates change how this material looks.

@@ -87,7 +87,7 @@ fn parse(path: &Path) -> std::result::Result<Vec<Mesh>, String> {
     let mut reader = Reader::new(BufReader::with_capacity(1 << 16, file));
     let header = Parser::<Vertex>::new()
         .read_header(&mut reader)
-        .map_err(|e| e.to_string())?;
+        .map_err(|e| one_line(&e))?;
     let start = reader
         .get_mut()
         .stream_position()
@@ -100,7 +100,7 @@ fn parse(path: &Path) -> std::result::Result<Vec<Mesh>, String> {
     let mut vertices = Vec::new();
     let mut faces = Vec::new();
     for (name, element) in &header.elements {
-        let failed = |e: ply_rs_bw::parser::ParseError| format!("element {name}: {e}");
+        let failed = |e| format!("element {name}: {}", one_line(&e));
         match name.as_str() {
             "vertex" => {
                 vertices = Parser::<Vertex>::new()
@@ -123,6 +123,12 @@ fn parse(path: &Path) -> std::result::Result<Vec<Mesh>, String> {
         return Err("no element \"vertex\"".into());
     };
     assemble(definition, vertices, &faces)
+}
+
+/// The parser's message without its line breaks and the data it quotes at length.
+fn one_line(e: &ply_rs_bw::parser::ParseError) -> String {
+    let words: Vec<_> = e.to_string().split_whitespace().map(String::from).collect();
+    format!("{:.160}", words.join(" "))
 }
 
 /// The header's counts fit into the file: a claim of 10⁹ vertices in a small file ends here.

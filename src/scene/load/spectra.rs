@@ -5,7 +5,7 @@ use super::lookup::{finite, one_float};
 use super::params::{Param, Type};
 use super::state::Files;
 use super::token::parse_number;
-use crate::scene::spectrum::{self, Curve, Rgb2Spec};
+use crate::scene::spectrum::{self, Curve, LAMBDA_MAX, LAMBDA_MIN, Rgb2Spec};
 
 /// What a spectrum stands for; RGB means something else in each role.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,10 +75,10 @@ pub(super) fn curve(p: &Param, role: Role, files: &Files) -> Result<Curve> {
             Ok(spectrum::blackbody(kelvin as f32))
         }
         _ => match p.strings() {
-            [] => samples(p, &pairs(p, p.numbers())?),
+            [] => samples(p, pairs(p, p.numbers())?, role),
             [name] => match spectrum::named(name) {
                 Some(c) => Ok(c),
-                None => from_file(p, name, files),
+                None => from_file(p, name, role, files),
             },
             more => Err(bad(p).found(more.len()).expected("one name")),
         },
@@ -126,7 +126,7 @@ fn rgb(p: &Param, role: Role) -> Result<Curve> {
 }
 
 fn pairs(p: &Param, numbers: &[f64]) -> Result<Vec<(f32, f32)>> {
-    if numbers.is_empty() || numbers.len() % 2 != 0 {
+    if numbers.is_empty() || !numbers.len().is_multiple_of(2) {
         return Err(bad(p)
             .found(format!("{} numbers", numbers.len()))
             .expected("pairs of wavelength and value"));
@@ -137,7 +137,9 @@ fn pairs(p: &Param, numbers: &[f64]) -> Result<Vec<(f32, f32)>> {
         .collect())
 }
 
-fn samples(p: &Param, pairs: &[(f32, f32)]) -> Result<Curve> {
+/// Samples are 0 outside their range, as in pbrt-v4; but a refraction index of 0 is none, so η and k keep their
+/// first and last value instead.
+fn samples(p: &Param, mut pairs: Vec<(f32, f32)>, role: Role) -> Result<Curve> {
     if let Some(w) = pairs.windows(2).find(|w| w[0].0 >= w[1].0) {
         return Err(bad(p)
             .found(format!("{} nm after {} nm", w[1].0, w[0].0))
@@ -146,11 +148,20 @@ fn samples(p: &Param, pairs: &[(f32, f32)]) -> Result<Curve> {
     if let Some(s) = pairs.iter().find(|s| s.1 < 0.0) {
         return Err(bad(p).found(s.1).expected("no negative value"));
     }
-    Ok(spectrum::from_samples(pairs))
+    if role == Role::Unbounded {
+        let (first, last) = (pairs[0], pairs[pairs.len() - 1]);
+        if first.0 > LAMBDA_MIN {
+            pairs.insert(0, (LAMBDA_MIN, first.1));
+        }
+        if last.0 < LAMBDA_MAX {
+            pairs.push((LAMBDA_MAX, last.1));
+        }
+    }
+    Ok(spectrum::from_samples(&pairs))
 }
 
 /// A `.spd` file: wavelength and value in turn, `#` begins a comment.
-fn from_file(p: &Param, name: &str, files: &Files) -> Result<Curve> {
+fn from_file(p: &Param, name: &str, role: Role, files: &Files) -> Result<Curve> {
     let path = files.resolve(name);
     let text = std::fs::read_to_string(&path).map_err(|e| {
         SceneError::file(
@@ -172,5 +183,5 @@ fn from_file(p: &Param, name: &str, files: &Files) -> Result<Curve> {
             }
         }
     }
-    samples(p, &pairs(p, &numbers)?)
+    samples(p, pairs(p, &numbers)?, role)
 }

@@ -12,6 +12,10 @@ use glam::Vec2;
 /// Parameters that choose a texture filter: they change how fast noise goes, not the image it goes to.
 const HARMLESS: [&str; 2] = ["filter", "maxanisotropy"];
 
+/// Most parts of one texture. Each use of a name copies what it names, so a chain of textures that use their
+/// predecessor twice would double at every step.
+const MAX_PARTS: usize = 4096;
+
 impl Library {
     /// Defines a named texture.
     pub(super) fn define_texture(
@@ -24,10 +28,12 @@ impl Library {
         match kind {
             "float" => {
                 let t = self.float_class(class, params)?;
+                too_large(float_parts(&t), params)?;
                 self.float_textures.insert(name.into(), t);
             }
             "spectrum" | "color" => {
                 let t = self.spectrum_class(class, params)?;
+                too_large(spectrum_parts(&t), params)?;
                 self.spectrum_textures.insert(name.into(), t);
             }
             other => {
@@ -174,6 +180,32 @@ impl Library {
             invert: p.boolean("invert", false)?,
             scale: p.float("scale", 1.0)? as f32,
         })
+    }
+}
+
+fn too_large(parts: usize, p: &Params) -> Result<()> {
+    if parts <= MAX_PARTS {
+        return Ok(());
+    }
+    Err(SceneError::value(&p.at, "the texture has too many parts")
+        .found(parts)
+        .expected(format!("at most {MAX_PARTS}")))
+}
+
+fn float_parts(t: &FloatTexture) -> usize {
+    match t {
+        FloatTexture::Constant(_) | FloatTexture::Image(_) => 1,
+        FloatTexture::Scale(a, b) | FloatTexture::Checkerboard(_, a, b) => {
+            1 + float_parts(a) + float_parts(b)
+        }
+    }
+}
+
+fn spectrum_parts(t: &SpectrumTexture) -> usize {
+    match t {
+        SpectrumTexture::Constant(_) | SpectrumTexture::Image(_) => 1,
+        SpectrumTexture::Scale(a, b) => 1 + spectrum_parts(a) + float_parts(b),
+        SpectrumTexture::Checkerboard(_, a, b) => 1 + spectrum_parts(a) + spectrum_parts(b),
     }
 }
 
