@@ -18,9 +18,10 @@ fn to_infinity(o: Vec3, d: Vec3) -> Ray {
     }
 }
 
-/// A ray from about the unit cube into it.
+/// A ray from in or around the unit cube into it.
 fn random_ray(rng: &mut Rng) -> Ray {
-    to_infinity(rng.vec3() * 3.0 - 1.0, rng.direction())
+    let (o, target) = (rng.vec3() * 2.0 - 0.5, rng.vec3());
+    to_infinity(o, target - o)
 }
 
 #[test]
@@ -87,22 +88,25 @@ fn a_closed_mesh_leaks_no_ray() {
     let g = icosphere(4);
     let mut rng = Rng(12);
     let (a, b) = (embree(&g), Obvhs::new(&g));
-    let corners = g.positions.len() - 1;
     for i in 0..100_000 {
         let o = rng.direction() * (0.9 * rng.next());
-        // Every third ray is aimed at a corner, every third at the middle of an edge: where leaks are.
+        let face = g.triangles[(rng.next() * g.triangles.len() as f32) as usize];
+        let [p, q, _] = face.map(|v| g.positions[v as usize]);
         let d = match i % 3 {
             0 => rng.direction(),
-            1 => g.positions[(rng.next() * corners as f32) as usize] - o,
-            _ => {
-                let t = g.triangles[(rng.next() * g.triangles.len() as f32) as usize];
-                (g.positions[t[0] as usize] + g.positions[t[1] as usize]) * 0.5 - o
-            }
+            1 => (p + q) * 0.5 - o,
+            _ => p - o,
         };
         let ray = to_infinity(o, d);
-        assert!(closest(&a, &ray).is_some(), "Embree leaks {ray:?}");
-        assert!(closest(&b, &ray).is_some(), "obvhs leaks {ray:?}");
-        assert!(a.occluded(&ray) && b.occluded(&ray), "{ray:?}");
+        let hit = closest(&b, &ray);
+        assert!(hit.is_some_and(|h| !h.clamped), "obvhs leaks {ray:?}");
+        assert!(b.occluded(&ray), "obvhs leaks {ray:?}");
+        // Of rays aimed at a corner exactly, Embree's robust mode lets some through: its edge tests agree along an
+        // edge, but around a corner their roundings are independent and may all say "outside".
+        if i % 3 != 2 {
+            assert!(closest(&a, &ray).is_some(), "Embree leaks {ray:?}");
+            assert!(a.occluded(&ray), "Embree leaks {ray:?}");
+        }
     }
 }
 
