@@ -102,9 +102,15 @@ fn the_tree_of_obvhs_names_what_asking_every_primitive_names() {
         let b = Obvhs::new(&g);
         for k in 0..200 {
             // Aimed at corners and edges, from far away too, where roundings are largest against the boxes.
-            let o = rng.vec3() + rng.direction() * 10f32.powi(k % 4);
             let [p, q, _] = g.corners((rng.next() * n as f32) as u32);
             let target = if i % 2 == 0 { p } else { p.lerp(q, rng.next()) };
+            // Every third ray runs along an axis but for a little, where faces of boxes are met at grazing angles.
+            let (along, aside) = match k % 3 {
+                0 => (Vec3::AXES[k as usize % 9 / 3], 1e-4),
+                1 => (rng.direction(), 1e-3),
+                _ => (rng.direction(), 1.0),
+            };
+            let o = target + along * 10f32.powi(k % 4) + rng.direction() * aside;
             let ray = to_infinity(o, target - o);
             let sheared = triangle::Sheared::new(&ray);
             let mut best = (f32::INFINITY, None);
