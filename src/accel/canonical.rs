@@ -110,7 +110,7 @@ mod tests {
             d: s.ng,
             t_max: f32::INFINITY,
         };
-        let answer = |calls| closest(&Stubborn(&geometry, 0, calls.into()), &ray);
+        let answer = |calls: i32| closest(&Stubborn(&geometry, 0, calls.into()), &ray);
         assert_eq!(answer(1), None);
         assert_eq!(answer(3), None);
         assert!(answer(1000).expect("gives up with a flag").clamped);

@@ -6,7 +6,7 @@
 //! again in f64, where the products of f32 are exact.
 
 use super::Ray;
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 /// Where a ray meets a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,14 +61,27 @@ impl Sheared {
     #[inline]
     pub fn intersect(&self, corners: &[Vec3; 3]) -> Option<TriangleHit> {
         let [p0, p1, p2] = corners.map(|p| self.apply(p));
-        let mut e0 = edge(p1, p2);
-        let mut e1 = edge(p2, p0);
-        let mut e2 = edge(p0, p1);
+        let (e0, e1, e2) = (edge(p1, p2), edge(p2, p0), edge(p0, p1));
         if e0 == 0.0 || e1 == 0.0 || e2 == 0.0 {
-            e0 = edge_exact(p1, p2);
-            e1 = edge_exact(p2, p0);
-            e2 = edge_exact(p0, p1);
+            return self.decide_exactly(p0, p1, p2);
         }
+        if (e0 < 0.0 || e1 < 0.0 || e2 < 0.0) && (e0 > 0.0 || e1 > 0.0 || e2 > 0.0) {
+            return None;
+        }
+        let inverse = 1.0 / (e0 + e1 + e2);
+        let (b0, b1, b2) = (e0 * inverse, e1 * inverse, e2 * inverse);
+        // The barycentric mean of depths lies between them, so no t falls outside the triangle's own range.
+        let t = (b0 * p0.z + b1 * p1.z + b2 * p2.z) * self.shear.z;
+        t.is_finite().then_some(TriangleHit { t, b1, b2 })
+    }
+
+    /// The same in f64, for sheared corners of which an edge function is 0 in f32: on the edge, or below what f32 holds.
+    #[cold]
+    fn decide_exactly(&self, p0: Vec3, p1: Vec3, p2: Vec3) -> Option<TriangleHit> {
+        let [p0, p1, p2] = [p0, p1, p2].map(|p| p.as_dvec3());
+        // Products of f32 are exact in f64; the difference is rounded once, so its sign is right and antisymmetric.
+        let edge = |a: DVec3, b: DVec3| a.x * b.y - a.y * b.x;
+        let (e0, e1, e2) = (edge(p1, p2), edge(p2, p0), edge(p0, p1));
         if (e0 < 0.0 || e1 < 0.0 || e2 < 0.0) && (e0 > 0.0 || e1 > 0.0 || e2 > 0.0) {
             return None;
         }
@@ -76,10 +89,8 @@ impl Sheared {
         if det == 0.0 {
             return None;
         }
-        let inverse = 1.0 / det;
-        let (b0, b1, b2) = (e0 * inverse, e1 * inverse, e2 * inverse);
-        // The barycentric mean of depths lies between them, so no t falls outside the triangle's own range.
-        let t = (b0 * p0.z + b1 * p1.z + b2 * p2.z) * self.shear.z;
+        let t = (e0 * p0.z + e1 * p1.z + e2 * p2.z) / det * self.shear.z as f64;
+        let (t, b1, b2) = (t as f32, (e1 / det) as f32, (e2 / det) as f32);
         t.is_finite().then_some(TriangleHit { t, b1, b2 })
     }
 
@@ -129,12 +140,6 @@ fn permute(v: Vec3, kz: u8) -> Vec3 {
 fn edge(a: Vec3, b: Vec3) -> f32 {
     let (a, b): (Vec2, Vec2) = (a.truncate(), b.truncate());
     a.x * b.y - a.y * b.x
-}
-
-/// The same with the sign that exact arithmetic gives.
-#[cold]
-fn edge_exact(a: Vec3, b: Vec3) -> f32 {
-    (a.x as f64 * b.y as f64 - a.y as f64 * b.x as f64) as f32
 }
 
 #[cfg(test)]
@@ -220,6 +225,15 @@ mod tests {
         assert_eq!(sheared.intersect(&corners), None);
         let hit = sheared.nearest_point(&corners);
         assert_eq!((hit.t, hit.b1, hit.b2), (2.0, 0.5, 0.0));
+    }
+
+    #[test]
+    fn a_triangle_whose_squares_underflow_f32_is_met() {
+        let s = 1e-25;
+        let corners = [Vec3::ZERO, Vec3::X * s, Vec3::Y * s];
+        let r = ray(Vec3::new(0.25 * s, 0.25 * s, 1.0), Vec3::NEG_Z);
+        let hit = Sheared::new(&r).intersect(&corners).expect("aimed at");
+        assert_eq!((hit.t, hit.b1, hit.b2), (1.0, 0.25, 0.25));
     }
 
     #[test]
