@@ -15,15 +15,15 @@ const NEAR: [f64; 4] = [-2.4, 2.7, -4.8, 0.0];
 const FAR: [f64; 4] = [-0.6, 5.7, 0.15, 7.35];
 const CEILING: f64 = 2.7;
 const TILE: f64 = 0.3;
-/// Lamp: left, right, near and far edge. All of it lies to the right of the doorway, so no straight line leads from
+/// The emitting rectangle: left, right, near and far edge. All of it lies to the right of the doorway, so no straight line leads from
 /// it through the slit.
-const LAMP: [f64; 4] = [2.4, 5.2, 3.9, 6.9];
+pub const LAMP: [f64; 4] = [2.4, 5.2, 3.9, 6.9];
 const LAMP_HEIGHT: f64 = 2.66;
 /// Width of a teapot's unit; the data is 6.4 units long.
 const TEAPOT_UNIT: f64 = 0.084;
 /// Emitted radiance.
 const LAMP_RADIANCE: [f64; 3] = [1.0, 0.93, 0.82];
-const LAMP_SCALE: f64 = 1000.0;
+const LAMP_SCALE: f64 = 2400.0;
 
 /// Teapots: name, position of the axis, rotation in turns.
 const TEAPOTS: [(&str, [f64; 2], f64); 3] = [
@@ -158,7 +158,7 @@ MakeNamedMaterial "picture-blue" "string type" "diffuse" "rgb reflectance" [ 0.0
 MakeNamedMaterial "picture-ochre" "string type" "diffuse" "rgb reflectance" [ 0.62 0.42 0.1 ]
 MakeNamedMaterial "pot-metal" "string type" "conductor" "spectrum eta" "metal-Ag-eta" "spectrum k" "metal-Ag-k"
     "float roughness" 0.1 "bool remaproughness" false
-MakeNamedMaterial "pot-diffuse" "string type" "diffuse" "rgb reflectance" [ 0.77 0.76 0.73 ]
+MakeNamedMaterial "pot-diffuse" "string type" "diffuse" "rgb reflectance" [ 0.56 0.67 0.66 ]
 # One index for all wavelengths: no dispersion.
 MakeNamedMaterial "pot-glass" "string type" "dielectric" "float eta" 1.5
 "#;
