@@ -19,5 +19,9 @@ fn main() -> std::io::Result<()> {
         std::fs::write(&path, &file.bytes)?;
         println!("{:>9}  {}", file.bytes.len(), path.display());
     }
+    println!(
+        "the opening beside and above ajar's door: {:.4} m²",
+        tools::door::opening().area()
+    );
     Ok(())
 }

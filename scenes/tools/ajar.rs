@@ -1,6 +1,6 @@
 //! `scenes/ajar`: two rooms and a door that is a little open.
 //!
-//! Metres, z up. The near room is x −2.7…2.1, y −4.8…0; the camera looks along +y at the dividing wall.
+//! Metres, z up. The near room is x −2.4…2.7, y −4.8…0; the camera looks along +y at the dividing wall.
 
 use super::Output;
 use super::door;
@@ -11,25 +11,25 @@ use super::teapot;
 use super::trig::cos_sin_turns;
 use glam::{DAffine3, DMat3, DVec3};
 
-const NEAR: [f64; 4] = [-2.7, 2.1, -4.8, 0.0];
-const FAR: [f64; 4] = [-0.6, 6.6, 0.15, 8.25];
+const NEAR: [f64; 4] = [-2.4, 2.7, -4.8, 0.0];
+const FAR: [f64; 4] = [-0.6, 5.7, 0.15, 7.35];
 const CEILING: f64 = 2.7;
 const TILE: f64 = 0.3;
-/// Lamp: left, right, near and far edge. All of it lies to the right of the doorway, so no straight line leads from
+/// The emitting rectangle: left, right, near and far edge. All of it lies to the right of the doorway, so no straight line leads from
 /// it through the slit.
-const LAMP: [f64; 4] = [2.7, 6.0, 4.65, 7.65];
+pub const LAMP: [f64; 4] = [2.4, 5.2, 3.9, 6.9];
 const LAMP_HEIGHT: f64 = 2.66;
 /// Width of a teapot's unit; the data is 6.4 units long.
-const TEAPOT_UNIT: f64 = 0.066;
+const TEAPOT_UNIT: f64 = 0.084;
 /// Emitted radiance.
 const LAMP_RADIANCE: [f64; 3] = [1.0, 0.93, 0.82];
-const LAMP_SCALE: f64 = 1000.0;
+const LAMP_SCALE: f64 = 2400.0;
 
 /// Teapots: name, position of the axis, rotation in turns.
 const TEAPOTS: [(&str, [f64; 2], f64); 3] = [
-    ("pot-metal", [-1.2, -0.5], 0.04),
-    ("pot-diffuse", [-0.6, -0.47], -0.06),
-    ("pot-glass", [0.0, -0.52], 0.09),
+    ("pot-metal", [-1.24, -0.5], 0.03),
+    ("pot-diffuse", [-0.61, -0.46], -0.05),
+    ("pot-glass", [0.03, -0.52], 0.07),
 ];
 
 fn within(r: &[f64; 4], p: DVec3) -> bool {
@@ -47,7 +47,7 @@ const SHELL: [&str; 5] = [
 
 fn shell() -> Vec<Mesh> {
     let tiles = |from: f64, n: i32| (0..=n).map(move |i| from + TILE * f64::from(i));
-    let mut xs: Vec<f64> = tiles(NEAR[0], 16).collect();
+    let mut xs: Vec<f64> = tiles(NEAR[0], 17).collect();
     xs.extend([NEAR[0] - 0.15, FAR[1], FAR[1] + 0.15]);
     let mut ys: Vec<f64> = tiles(NEAR[2], 16).collect();
     ys.extend([NEAR[2] - 0.15, FAR[2], FAR[3], FAR[3] + 0.15]);
@@ -136,19 +136,19 @@ fn teapot_placement(at: [f64; 2], turns: f64) -> DAffine3 {
 }
 
 const MATERIALS: &str = r#"# Walls have no texture, so that noise shows.
-MakeNamedMaterial "walls-near" "string type" "diffuse" "rgb reflectance" [ 0.74 0.73 0.71 ]
-MakeNamedMaterial "walls-far" "string type" "diffuse" "rgb reflectance" [ 0.6 0.59 0.57 ]
-MakeNamedMaterial "floor-far" "string type" "diffuse" "rgb reflectance" [ 0.36 0.31 0.26 ]
-MakeNamedMaterial "tiles-white" "string type" "coateddiffuse" "rgb reflectance" [ 0.78 0.77 0.74 ]
+MakeNamedMaterial "walls-near" "string type" "diffuse" "rgb reflectance" [ 0.82 0.81 0.79 ]
+MakeNamedMaterial "walls-far" "string type" "diffuse" "rgb reflectance" [ 0.78 0.78 0.775 ]
+MakeNamedMaterial "floor-far" "string type" "diffuse" "rgb reflectance" [ 0.5 0.48 0.45 ]
+MakeNamedMaterial "tiles-white" "string type" "coateddiffuse" "rgb reflectance" [ 0.85 0.84 0.81 ]
     "float roughness" 0.12 "bool remaproughness" false
-MakeNamedMaterial "tiles-dark" "string type" "coateddiffuse" "rgb reflectance" [ 0.07 0.08 0.09 ]
+MakeNamedMaterial "tiles-dark" "string type" "coateddiffuse" "rgb reflectance" [ 0.1 0.11 0.12 ]
     "float roughness" 0.12 "bool remaproughness" false
 MakeNamedMaterial "lamp-box" "string type" "diffuse" "rgb reflectance" [ 0.5 0.5 0.5 ]
-MakeNamedMaterial "door" "string type" "diffuse" "rgb reflectance" [ 0.44 0.2 0.09 ]
+MakeNamedMaterial "door" "string type" "diffuse" "rgb reflectance" [ 0.5 0.24 0.11 ]
 MakeNamedMaterial "frame" "string type" "diffuse" "rgb reflectance" [ 0.66 0.6 0.48 ]
 MakeNamedMaterial "fittings" "string type" "conductor" "spectrum eta" "metal-CuZn-eta" "spectrum k" "metal-CuZn-k"
     "float roughness" 0.2 "bool remaproughness" false
-MakeNamedMaterial "table" "string type" "coateddiffuse" "rgb reflectance" [ 0.46 0.29 0.15 ]
+MakeNamedMaterial "table" "string type" "coateddiffuse" "rgb reflectance" [ 0.56 0.38 0.2 ]
     "float roughness" 0.25 "bool remaproughness" false
 MakeNamedMaterial "picture-frame" "string type" "coateddiffuse" "rgb reflectance" [ 0.05 0.04 0.035 ]
     "float roughness" 0.2 "bool remaproughness" false
@@ -158,7 +158,7 @@ MakeNamedMaterial "picture-blue" "string type" "diffuse" "rgb reflectance" [ 0.0
 MakeNamedMaterial "picture-ochre" "string type" "diffuse" "rgb reflectance" [ 0.62 0.42 0.1 ]
 MakeNamedMaterial "pot-metal" "string type" "conductor" "spectrum eta" "metal-Ag-eta" "spectrum k" "metal-Ag-k"
     "float roughness" 0.1 "bool remaproughness" false
-MakeNamedMaterial "pot-diffuse" "string type" "diffuse" "rgb reflectance" [ 0.77 0.76 0.73 ]
+MakeNamedMaterial "pot-diffuse" "string type" "diffuse" "rgb reflectance" [ 0.56 0.67 0.66 ]
 # One index for all wavelengths: no dispersion.
 MakeNamedMaterial "pot-glass" "string type" "dielectric" "float eta" 1.5
 "#;
@@ -179,9 +179,9 @@ Film "rgb"
 
 # pbrt's camera is left-handed; the mirror makes it show a right-handed world as it is.
 Scale -1 1 1
-LookAt 0.06 -4.15 1.34   0.06 0 1.07   0 0 1
+LookAt 0.05 -4.45 1.45   0.05 0 0.93   0 0 1
 Camera "perspective"
-    "float fov" 31
+    "float fov" 30.5
 
 WorldBegin
 

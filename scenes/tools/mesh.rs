@@ -110,6 +110,15 @@ impl Mesh {
         }
     }
 
+    /// Area of all faces.
+    pub fn area(&self) -> f64 {
+        let twice = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|i| self.positions[i as usize]);
+            (b - a).cross(c - a).length()
+        };
+        self.triangles.iter().map(twice).sum::<f64>() / 2.0
+    }
+
     /// Enclosed volume, negative when the faces look inward.
     pub fn volume(&self) -> f64 {
         let six = |t: &[u32; 3]| {

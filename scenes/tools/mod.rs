@@ -8,6 +8,7 @@ pub mod furnace;
 pub mod furniture;
 pub mod lathe;
 pub mod mesh;
+pub mod newell;
 pub mod shell;
 pub mod teapot;
 pub mod trig;
