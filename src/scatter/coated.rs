@@ -68,7 +68,7 @@ impl<const N: usize> CoatedDiffuse<N> {
     /// f_s without the mirror of a smooth coat.
     #[inline]
     pub fn eval(&self, w_l: Vec3, w_e: Vec3) -> Spectrum<N> {
-        let Some(m) = half(w_l, w_e) else {
+        let Some((m, cos)) = half(w_l, w_e) else {
             return Spectrum::ZERO;
         };
         let base = Spectrum(self.base);
@@ -78,7 +78,7 @@ impl<const N: usize> CoatedDiffuse<N> {
                     * smooth_transmittance(w_e.z, self.eta))
             }
             Coat::Rough(ggx, rough) => {
-                let f = fresnel::dielectric(w_e.dot(m).abs(), self.eta);
+                let f = fresnel::dielectric(cos, self.eta);
                 base * (rough.transmittance(w_l.z) * rough.transmittance(w_e.z))
                     + Spectrum::splat(f * reflection(ggx, w_l, w_e, m))
             }
@@ -95,7 +95,7 @@ impl<const N: usize> CoatedDiffuse<N> {
     /// Density over both non-specular lobes.
     #[inline]
     pub fn pdf(&self, from: Vec3, to: Vec3) -> f32 {
-        let Some(m) = half(from, to) else {
+        let Some((m, _)) = half(from, to) else {
             return 0.0;
         };
         let p = self.coat_probability(from);
