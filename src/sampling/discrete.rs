@@ -130,7 +130,7 @@ mod tests {
                 if i % 7 == 3 {
                     0.0
                 } else {
-                    (i as f64 * 1.7).sin().abs().powi(6)
+                    (i as f64 * 1.7 + 1.0).sin().abs().powi(6)
                 }
             })
             .collect()

@@ -8,14 +8,26 @@ use std::f32::consts::{FRAC_1_PI, FRAC_PI_4, TAU};
 pub fn disk(u: Vec2) -> Vec2 {
     let p = 2.0 * u - Vec2::ONE;
     if p.x.abs() > p.y.abs() {
-        let (s, c) = (FRAC_PI_4 * (p.y / p.x)).sin_cos();
+        let (s, c) = sin_cos_octant(FRAC_PI_4 * (p.y / p.x));
         p.x * Vec2::new(c, s)
     } else if p.y != 0.0 {
-        let (s, c) = (FRAC_PI_4 * (p.x / p.y)).sin_cos();
+        let (s, c) = sin_cos_octant(FRAC_PI_4 * (p.x / p.y));
         p.y * Vec2::new(s, c)
     } else {
         Vec2::ZERO
     }
+}
+
+/// sin and cos for |x| ≤ π/4 by Taylor's series, whose next terms are below 2·10⁻⁹ and 3·10⁻⁸ there: a diffuse bounce
+/// spends most of its time in the general functions, which also differ between systems.
+#[inline]
+fn sin_cos_octant(x: f32) -> (f32, f32) {
+    let y = x * x;
+    let s = 1.0 / 362_880.0;
+    let s = (((s * y - 1.0 / 5040.0) * y + 1.0 / 120.0) * y - 1.0 / 6.0) * y + 1.0;
+    let c = 1.0 / 40_320.0;
+    let c = (((c * y - 1.0 / 720.0) * y + 1.0 / 24.0) * y - 0.5) * y + 1.0;
+    (x * s, c)
 }
 
 /// Density of [`disk`] per unit area.
@@ -117,6 +129,17 @@ mod tests {
             mean_is(1.0 / 6.0, |u| triangle(u)[i].powi(2));
         }
         mean_is(1.0 / 12.0, |u| triangle(u)[0] * triangle(u)[1]);
+    }
+
+    #[test]
+    fn octant_series_is_sine_and_cosine_to_rounding() {
+        for i in -1000..=1000 {
+            let x = FRAC_PI_4 * i as f32 / 1000.0;
+            let (s, c) = sin_cos_octant(x);
+            let (ws, wc) = f64::from(x).sin_cos();
+            assert!((f64::from(s) - ws).abs() < f64::from(f32::EPSILON), "{x}");
+            assert!((f64::from(c) - wc).abs() < f64::from(f32::EPSILON), "{x}");
+        }
     }
 
     #[test]

@@ -14,13 +14,13 @@ use std::sync::OnceLock;
 /// Optical thickness of the layer: pbrt-v4's `thickness` default with its extinction 1, absorbing without scattering.
 pub const THICKNESS: f32 = 0.01;
 
-/// The index enters by (η − 1)/(η + 1), odd under η → 1/η; the tables reach |x| ≤ 1/2, η from 1/3 to 3.
+/// The index enters by x = (η − 1)/(η + 1), odd under η → 1/η; the tables reach |x| ≤ 1/2, η from 1/3 to 3.
 const X_MAX: f32 = 0.5;
 
-/// Nodes of the one-dimensional table; odd, so that η = 1, where r has a kink, is a node.
+/// Nodes of the one-dimensional table over −1/2..=1/2; odd, so that η = 1, where r has a kink, is a node.
 const SMOOTH_NODES: usize = 257;
-/// Nodes over the index, odd for the same reason.
-const ETA_NODES: usize = 33;
+/// Nodes over the index of rough coats, x in 0..=1/2.
+const ETA_NODES: usize = 17;
 /// Nodes over √α in 0..=1.
 const ALPHA_NODES: usize = 12;
 /// Nodes over √cos θ in 0..=1.
@@ -38,10 +38,13 @@ pub fn smooth_return(eta: f32) -> f32 {
     static TABLE: OnceLock<Vec<f32>> = OnceLock::new();
     let table = TABLE.get_or_init(|| {
         (0..SMOOTH_NODES)
-            .map(|i| integrate_smooth_return(eta_of_node(i, SMOOTH_NODES)))
+            .map(|i| {
+                let x = X_MAX * (2.0 * i as f32 / (SMOOTH_NODES - 1) as f32 - 1.0);
+                integrate_smooth_return(eta_of(x))
+            })
             .collect()
     });
-    let (i, f) = node_of_eta(eta, SMOOTH_NODES);
+    let (i, f) = split(0.5 * (x_of(eta) / X_MAX + 1.0), SMOOTH_NODES);
     table[i] * (1.0 - f) + table[i + 1] * f
 }
 
@@ -55,15 +58,13 @@ fn absorb(cos: f32) -> f32 {
     }
 }
 
-fn eta_of_node(i: usize, nodes: usize) -> f32 {
-    let x = X_MAX * (2.0 * i as f32 / (nodes - 1) as f32 - 1.0);
-    (1.0 + x) / (1.0 - x)
+#[inline]
+fn x_of(eta: f32) -> f32 {
+    (eta - 1.0) / (eta + 1.0)
 }
 
-#[inline]
-fn node_of_eta(eta: f32, nodes: usize) -> (usize, f32) {
-    let x = (eta - 1.0) / (eta + 1.0);
-    split(0.5 * (x / X_MAX + 1.0), nodes)
+fn eta_of(x: f32) -> f32 {
+    (1.0 + x) / (1.0 - x)
 }
 
 /// Interval of a table over 0..=1 and the place in it.
@@ -104,10 +105,10 @@ pub struct RoughCoat {
 }
 
 impl RoughCoat {
-    /// For a coat of index `eta` with isotropic roughness `alpha`, both held inside the table.
+    /// For a coat of index `eta` ≥ 1 with isotropic roughness `alpha`, both held inside the table.
     #[inline]
     pub fn new(eta: f32, alpha: f32) -> Self {
-        let (e, f_eta) = node_of_eta(eta, ETA_NODES);
+        let (e, f_eta) = split(x_of(eta) / X_MAX, ETA_NODES);
         let (a, f_alpha) = split(alpha.max(0.0).sqrt(), ALPHA_NODES);
         Self {
             cell: (e * ALPHA_NODES + a) as u16,
@@ -165,7 +166,7 @@ impl Table {
             base_return: Vec::with_capacity(ETA_NODES * ALPHA_NODES),
         };
         for e in 0..ETA_NODES {
-            let eta = eta_of_node(e, ETA_NODES);
+            let eta = eta_of(X_MAX * e as f32 / (ETA_NODES - 1) as f32);
             for a in 0..ALPHA_NODES {
                 // The first node stands for the smooth coat; its facets need some width to be integrated over.
                 let alpha = (a as f32 / (ALPHA_NODES - 1) as f32).powi(2).max(1e-3);

@@ -3,7 +3,8 @@
 //! The model is the exact sum of all paths through pbrt-v4's default layered stack (an absorbing layer of optical
 //! thickness 0.01, no scattering between coat and base): with t and r of [`super::coat_table`],
 //! f_s = coat reflection + t(θ_l)·t(θ_e)·ρ / (π·η²·(1 − ρ·r)).
-//! For an anisotropic coat t and r are those of the isotropic coat of α = √(αx·αy).
+//! For an anisotropic coat t and r are those of the isotropic coat of α = √(αx·αy). A coat rarer than what is outside
+//! (η < 1, total reflection from above) is taken for smooth.
 
 use super::coat_table::{RoughCoat, smooth_return, smooth_transmittance};
 use super::conductor::{half, mirror, reflection, reflection_pdf};
@@ -40,7 +41,7 @@ impl<const N: usize> CoatedDiffuse<N> {
     /// From the base's albedo (held in 0..=1), the coat's index and its facets (`None`: smooth).
     #[inline]
     pub fn new(albedo: Spectrum<N>, eta: f32, ggx: Option<Ggx>, dispersive: bool) -> Self {
-        let (coat, r) = match ggx {
+        let (coat, r) = match ggx.filter(|_| eta > 1.0) {
             None => (Coat::Smooth, smooth_return(eta)),
             Some(ggx) => {
                 let rough = RoughCoat::new(eta, ggx.mean_alpha());
@@ -67,7 +68,7 @@ impl<const N: usize> CoatedDiffuse<N> {
     /// f_s without the mirror of a smooth coat.
     #[inline]
     pub fn eval(&self, w_l: Vec3, w_e: Vec3) -> Spectrum<N> {
-        let Some(m) = half(w_l, w_e) else {
+        let Some((m, cos)) = half(w_l, w_e) else {
             return Spectrum::ZERO;
         };
         let base = Spectrum(self.base);
@@ -77,7 +78,7 @@ impl<const N: usize> CoatedDiffuse<N> {
                     * smooth_transmittance(w_e.z, self.eta))
             }
             Coat::Rough(ggx, rough) => {
-                let f = fresnel::dielectric(w_e.dot(m).abs(), self.eta);
+                let f = fresnel::dielectric(cos, self.eta);
                 base * (rough.transmittance(w_l.z) * rough.transmittance(w_e.z))
                     + Spectrum::splat(f * reflection(ggx, w_l, w_e, m))
             }
@@ -94,7 +95,7 @@ impl<const N: usize> CoatedDiffuse<N> {
     /// Density over both non-specular lobes.
     #[inline]
     pub fn pdf(&self, from: Vec3, to: Vec3) -> f32 {
-        let Some(m) = half(from, to) else {
+        let Some((m, _)) = half(from, to) else {
             return 0.0;
         };
         let p = self.coat_probability(from);

@@ -69,9 +69,7 @@ impl<const N: usize> RoughConductor<N> {
     #[inline]
     pub fn eval(&self, w_l: Vec3, w_e: Vec3) -> Spectrum<N> {
         match half(w_l, w_e) {
-            Some(m) => {
-                self.index.fresnel(w_e.dot(m).abs().min(1.0)) * reflection(&self.ggx, w_l, w_e, m)
-            }
+            Some((m, cos)) => self.index.fresnel(cos) * reflection(&self.ggx, w_l, w_e, m),
             None => Spectrum::ZERO,
         }
     }
@@ -79,7 +77,7 @@ impl<const N: usize> RoughConductor<N> {
     /// Density of the visible normal, turned into that of the reflected direction.
     #[inline]
     pub fn pdf(&self, from: Vec3, to: Vec3) -> f32 {
-        half(from, to).map_or(0.0, |m| reflection_pdf(&self.ggx, from, m))
+        half(from, to).map_or(0.0, |(m, _)| reflection_pdf(&self.ggx, from, m))
     }
 
     /// Reflects `from` off a visible normal; `None` when that leads under the surface.
@@ -96,14 +94,17 @@ impl<const N: usize> RoughConductor<N> {
     }
 }
 
-/// The facet normal (z ≥ 0) that mirrors `a` into `b`; `None` unless both lie strictly on one side.
+/// The facet normal m (z ≥ 0) that mirrors `a` into `b`, and |a·m| = |b·m|; `None` unless both lie strictly on one
+/// side. The cosine is half the length of a + b, so it has the same bits when the directions change places.
 #[inline]
-pub(super) fn half(a: Vec3, b: Vec3) -> Option<Vec3> {
+pub(super) fn half(a: Vec3, b: Vec3) -> Option<(Vec3, f32)> {
     if a.z * b.z <= 0.0 {
         return None;
     }
-    let m = (a + b).normalize();
-    Some(if m.z < 0.0 { -m } else { m })
+    let h = a + b;
+    let length = h.length();
+    let m = h / length.copysign(h.z);
+    Some((m, (0.5 * length).min(1.0)))
 }
 
 /// `w` mirrored in the facet normal `m`.

@@ -99,7 +99,9 @@ mod tests {
         let mut sum = 0.0;
         for i in 0..n {
             // D·cos is uniform in t under tan²θ/α² = t/(1 − t) for isotropic α.
-            let t = (f64::from(i) + 0.5) / f64::from(n);
+            // The mean slope falls off only as √(1 − t), so s = √(1 − t) is what is spaced evenly.
+            let s = (f64::from(i) + 0.5) / f64::from(n);
+            let t = 1.0 - s * s;
             let tan2 = t / (1.0 - t);
             for j in 0..k {
                 let phi = (f64::from(j) + 0.5) / f64::from(k) * std::f64::consts::TAU;
@@ -110,7 +112,7 @@ mod tests {
                 let z = 1.0 / (1.0 + x * x + y * y).sqrt();
                 let m = Vec3::new((x * z) as f32, (y * z) as f32, z as f32);
                 // dm = cos³ dx dy of slopes; dx dy = αx·αy/2 · d(tan²)·dφ.
-                let jac = z.powi(3) * f64::from(g.ax * g.ay) * 0.5 / (1.0 - t).powi(2);
+                let jac = z.powi(3) * f64::from(g.ax * g.ay) * 0.5 / (1.0 - t).powi(2) * 2.0 * s;
                 sum += f64::from(f(m)) * jac;
             }
         }

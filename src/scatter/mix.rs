@@ -4,6 +4,7 @@
 //! viewing direction too; that would make a path's value depend on which end found it, so here the point alone counts.
 
 use crate::sampling::rng::mix;
+use crate::scene::texture::Image;
 use crate::scene::{Material, Scene};
 use glam::{Vec2, Vec3};
 
@@ -12,13 +13,24 @@ use glam::{Vec2, Vec3};
 /// `point` must have the same bits whenever the path is evaluated: it is the hit point as stored in a vertex.
 #[inline]
 pub fn resolve(scene: &Scene, material: u32, uv: Vec2, point: Vec3) -> u32 {
+    resolve_in(&scene.materials, &scene.images, material, uv, point)
+}
+
+/// As [`resolve`], given the tables it needs.
+pub fn resolve_in(
+    materials: &[Material],
+    images: &[Image],
+    material: u32,
+    uv: Vec2,
+    point: Vec3,
+) -> u32 {
     let mut at = material;
     // The loader admits no cycle; the bound holds if one came in all the same.
-    for _ in 0..=scene.materials.len() {
-        let Some(Material::Mix { amount, a, b }) = scene.materials.get(at as usize) else {
+    for _ in 0..=materials.len() {
+        let Some(Material::Mix { amount, a, b }) = materials.get(at as usize) else {
             return at;
         };
-        let amount = amount.eval(uv, &scene.images);
+        let amount = amount.eval(uv, images);
         at = if amount > 0.0 && (amount >= 1.0 || uniform(point, at) < amount) {
             *b
         } else {

@@ -22,8 +22,8 @@ impl RoughDielectric {
     /// f_s for radiance (eqs. 20 and 21). In transmission it holds n_e²: f_s(l→e)·n_l² = f_s(e→l)·n_e².
     #[inline]
     pub fn eval<const N: usize>(&self, w_l: Vec3, w_e: Vec3) -> Spectrum<N> {
-        if let Some(m) = half(w_l, w_e) {
-            let r = fresnel::dielectric(w_e.dot(m), self.eta);
+        if let Some((m, cos)) = half(w_l, w_e) {
+            let r = fresnel::dielectric(cos.copysign(w_e.z), self.eta);
             return Spectrum::splat(r * reflection(&self.ggx, w_l, w_e, m));
         }
         let Some(f) = Facet::refracting(w_e, w_l, self.eta) else {
@@ -39,8 +39,9 @@ impl RoughDielectric {
     /// Density of the visible normal, times R or 1 − R at that facet, turned into that of the direction.
     #[inline]
     pub fn pdf(&self, from: Vec3, to: Vec3) -> f32 {
-        if let Some(m) = half(from, to) {
-            return fresnel::dielectric(from.dot(m), self.eta) * reflection_pdf(&self.ggx, from, m);
+        if let Some((m, cos)) = half(from, to) {
+            let r = fresnel::dielectric(cos.copysign(from.z), self.eta);
+            return r * reflection_pdf(&self.ggx, from, m);
         }
         let Some(f) = Facet::refracting(from, to, self.eta) else {
             return 0.0;

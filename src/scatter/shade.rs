@@ -86,7 +86,7 @@ pub fn shade_material<const N: usize>(
             Bsdf::CoatedDiffuse(CoatedDiffuse::new(
                 reflectance.eval(uv, lanes, images),
                 eta,
-                facets(roughness, uv, images).filter(|_| eta != 1.0),
+                facets(roughness, uv, images),
                 dispersive,
             ))
         }
