@@ -7,6 +7,14 @@
 #![deny(unsafe_code)]
 
 pub mod accel;
+pub mod chain;
+pub mod cli;
+pub mod film;
+pub mod integrator;
+pub mod mutation;
+pub mod output;
+pub mod path;
 pub mod sampling;
 pub mod scatter;
 pub mod scene;
+pub mod study;

@@ -1,2 +1,5 @@
 //! The `metrolux` command.
-fn main() {}
+
+fn main() -> std::process::ExitCode {
+    metrolux::cli::main()
+}

@@ -1,11 +1,35 @@
 //! Who answers rays. A backend names the primitive; distance and barycentrics are recomputed by one routine that all
 //! backends share, so they give the same bits wherever they name the same primitive.
 
+pub mod canonical;
+pub mod checked;
+pub mod embree;
+mod fit;
+pub mod obvhs;
+pub mod quadric;
+pub mod record;
+pub mod spawn;
+pub mod surface;
+#[cfg(test)]
+mod testing;
+#[cfg(test)]
+mod tests;
+pub mod triangle;
+
+pub use self::obvhs::Obvhs;
+pub use canonical::closest;
+pub use checked::Checked;
+pub use embree::{Embree, EmbreeError, EmbreeOptions};
+pub use record::Recorder;
+pub use spawn::{offset_origin, visible};
+pub use surface::{Surface, surface};
+
 use crate::scene::Geometry;
 use glam::Vec3;
 
 /// A ray o + t·d, 0 < t < t_max. `d` need not be of unit length.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
 pub struct Ray {
     /// Origin, already moved off its surface.
     pub o: Vec3,
@@ -26,6 +50,8 @@ pub struct Hit {
     pub b1: f32,
     /// Barycentric weight of corner 2 (0 for quadrics).
     pub b2: f32,
+    /// The backend named a primitive that the shared routine misses by a rounding; this is its nearest point.
+    pub clamped: bool,
 }
 
 /// A ray-tracing backend over a scene's geometry.
@@ -36,4 +62,28 @@ pub trait Accel: Sync {
     fn nearest(&self, ray: &Ray) -> Option<u32>;
     /// Something lies in 0 < t < t_max.
     fn occluded(&self, ray: &Ray) -> bool;
+    /// Name and version, for reports.
+    fn name(&self) -> String;
+    /// Bytes the acceleration structure holds beside the geometry.
+    fn memory_bytes(&self) -> usize;
+}
+
+impl<A: Accel> Accel for &A {
+    fn geometry(&self) -> &Geometry {
+        (**self).geometry()
+    }
+    #[inline]
+    fn nearest(&self, ray: &Ray) -> Option<u32> {
+        (**self).nearest(ray)
+    }
+    #[inline]
+    fn occluded(&self, ray: &Ray) -> bool {
+        (**self).occluded(ray)
+    }
+    fn name(&self) -> String {
+        (**self).name()
+    }
+    fn memory_bytes(&self) -> usize {
+        (**self).memory_bytes()
+    }
 }

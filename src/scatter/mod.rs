@@ -3,6 +3,25 @@
 //! Directions are unit vectors in the local shading frame (z = shading normal), pointing away from the surface.
 //! `w_l` points towards the light side of the path, `w_e` towards the eye side, whoever generated the path.
 
+mod coat_table;
+pub mod coated;
+pub mod conductor;
+pub mod dielectric;
+pub mod diffuse;
+pub mod frame;
+pub mod fresnel;
+pub mod ggx;
+pub mod mix;
+pub mod rough_dielectric;
+pub mod shade;
+#[cfg(test)]
+mod tests;
+pub mod thin_dielectric;
+
+pub use frame::Frame;
+pub use mix::resolve as resolve_mix;
+pub use shade::{shade, shade_material};
+
 use crate::scene::spectrum::Spectrum;
 use glam::{Vec2, Vec3};
 
@@ -52,43 +71,135 @@ pub struct Specular<const N: usize> {
 }
 
 /// All lobes at a point, with their spectra at the path's wavelengths.
-#[derive(Clone, Copy, Debug)]
+///
+/// Every lobe here samples alike from both ends: a density does not depend on [`Transport`].
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Bsdf<const N: usize> {
     /// Scatters nothing.
     Black,
+    /// Lambertian reflection.
+    Diffuse(diffuse::Diffuse<N>),
+    /// Mirror of metal.
+    Conductor(conductor::Conductor<N>),
+    /// Rough metal.
+    RoughConductor(conductor::RoughConductor<N>),
+    /// Smooth glass.
+    Dielectric(dielectric::Dielectric),
+    /// Rough glass.
+    RoughDielectric(rough_dielectric::RoughDielectric),
+    /// Sheet of glass.
+    ThinDielectric(thin_dielectric::ThinDielectric<N>),
+    /// Lambertian base under a dielectric coat.
+    CoatedDiffuse(coated::CoatedDiffuse<N>),
 }
 
 impl<const N: usize> Bsdf<N> {
     /// Non-specular f_s(w_l → w_e) in sr⁻¹ for radiance, without cosine. 0 where only delta lobes exist.
-    pub fn eval(&self, _w_l: Vec3, _w_e: Vec3) -> Spectrum<N> {
-        Spectrum::ZERO
+    #[inline]
+    pub fn eval(&self, w_l: Vec3, w_e: Vec3) -> Spectrum<N> {
+        match self {
+            Self::Diffuse(b) => b.eval(w_l, w_e),
+            Self::RoughConductor(b) => b.eval(w_l, w_e),
+            Self::RoughDielectric(b) => b.eval(w_l, w_e),
+            Self::CoatedDiffuse(b) => b.eval(w_l, w_e),
+            Self::Black | Self::Conductor(_) | Self::Dielectric(_) | Self::ThinDielectric(_) => {
+                Spectrum::ZERO
+            }
+        }
     }
+
     /// Solid-angle density with which [`Self::sample`] returns `to` as non-specular.
-    pub fn pdf(&self, _from: Vec3, _to: Vec3, _dir: Transport) -> f32 {
-        0.0
+    #[inline]
+    pub fn pdf(&self, from: Vec3, to: Vec3, _dir: Transport) -> f32 {
+        match self {
+            Self::Diffuse(b) => b.pdf(from, to),
+            Self::RoughConductor(b) => b.pdf(from, to),
+            Self::RoughDielectric(b) => b.pdf(from, to),
+            Self::CoatedDiffuse(b) => b.pdf(from, to),
+            Self::Black | Self::Conductor(_) | Self::Dielectric(_) | Self::ThinDielectric(_) => 0.0,
+        }
     }
+
     /// Samples a direction and a mode. `uc` chooses the lobe, `u` the direction.
-    pub fn sample(&self, _from: Vec3, _dir: Transport, _uc: f32, _u: Vec2) -> Option<BsdfSample> {
-        None
+    /// The density returned has the bits that [`Self::pdf`] or [`Self::specular`] returns for the same pair.
+    #[inline]
+    pub fn sample(&self, from: Vec3, _dir: Transport, uc: f32, u: Vec2) -> Option<BsdfSample> {
+        let delta =
+            |s: Option<(Vec3, Mode, f32)>| s.map(|(to, mode, pdf)| BsdfSample { to, mode, pdf });
+        match self {
+            Self::Black => None,
+            Self::Diffuse(b) => b.sample(from, u),
+            Self::Conductor(_) => {
+                delta((from.z != 0.0).then(|| (fresnel::reflect(from), Mode::Reflect, 1.0)))
+            }
+            Self::RoughConductor(b) => b.sample(from, u),
+            Self::Dielectric(b) => delta(b.sample(from, uc)),
+            Self::RoughDielectric(b) => b.sample(from, uc, u),
+            Self::ThinDielectric(b) => delta(b.sample(from, uc)),
+            Self::CoatedDiffuse(b) => b.sample(from, uc, u),
+        }
     }
+
     /// The direction into which the delta lobe `mode` sends `from`; `None` if there is no such lobe or total reflection.
-    pub fn deflect(&self, _from: Vec3, _mode: Mode, _dir: Transport) -> Option<Vec3> {
-        None
+    #[inline]
+    pub fn deflect(&self, from: Vec3, mode: Mode, _dir: Transport) -> Option<Vec3> {
+        match self {
+            Self::Dielectric(b) => b.deflect(from, mode),
+            Self::ThinDielectric(b) => b.deflect(from, mode),
+            Self::Conductor(_) if mode == Mode::Reflect && from.z != 0.0 => {
+                Some(fresnel::reflect(from))
+            }
+            Self::CoatedDiffuse(b) if mode == Mode::Reflect => b.deflect(from),
+            _ => None,
+        }
     }
-    /// Value and probabilities of the delta lobe `mode` for a pair that [`Self::deflect`] made.
-    pub fn specular(&self, _w_l: Vec3, _w_e: Vec3, _mode: Mode) -> Option<Specular<N>> {
-        None
+
+    /// Value and probabilities of the delta lobe `mode` for a pair that [`Self::deflect`] made; `None` where there is
+    /// no such lobe or it carries nothing.
+    #[inline]
+    pub fn specular(&self, w_l: Vec3, w_e: Vec3, mode: Mode) -> Option<Specular<N>> {
+        match self {
+            Self::Dielectric(b) => b.specular(w_l, w_e, mode),
+            Self::ThinDielectric(b) => b.specular(w_l, w_e, mode),
+            Self::Conductor(b) if mode == Mode::Reflect => b.specular(w_l, w_e),
+            Self::CoatedDiffuse(b) if mode == Mode::Reflect => b.specular(w_l, w_e),
+            _ => None,
+        }
     }
+
     /// Some lobe is non-delta.
+    #[inline]
     pub fn has_non_specular(&self) -> bool {
-        false
+        matches!(
+            self,
+            Self::Diffuse(_)
+                | Self::RoughConductor(_)
+                | Self::RoughDielectric(_)
+                | Self::CoatedDiffuse(_)
+        )
     }
+
     /// Some lobe is delta.
+    #[inline]
     pub fn has_specular(&self) -> bool {
-        false
+        match self {
+            Self::Conductor(_) | Self::Dielectric(_) | Self::ThinDielectric(_) => true,
+            Self::CoatedDiffuse(b) => b.has_specular(),
+            _ => false,
+        }
     }
+
     /// The geometry of scattering depends on the wavelength (only lane 0 counts then).
+    #[inline]
     pub fn is_dispersive(&self) -> bool {
-        false
+        match self {
+            Self::Dielectric(b) => b.dispersive,
+            Self::RoughDielectric(b) => b.dispersive,
+            Self::CoatedDiffuse(b) => b.dispersive,
+            _ => false,
+        }
     }
 }
+
+// A path vertex stores one of these.
+const _: () = assert!(size_of::<Bsdf<4>>() <= 52 && size_of::<Bsdf<1>>() <= 40);

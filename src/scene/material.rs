@@ -74,3 +74,15 @@ pub enum Material {
         b: u32,
     },
 }
+
+impl Material {
+    /// Scattering depends on the direction of the tangent.
+    pub fn is_anisotropic(&self) -> bool {
+        match self {
+            Self::Conductor { roughness, .. }
+            | Self::Dielectric { roughness, .. }
+            | Self::CoatedDiffuse { roughness, .. } => roughness.u != roughness.v,
+            _ => false,
+        }
+    }
+}

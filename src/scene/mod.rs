@@ -3,14 +3,18 @@
 pub mod camera;
 pub mod geometry;
 pub mod light;
+pub mod load;
 pub mod material;
+pub mod source;
 pub mod spectrum;
 pub mod texture;
 
 pub use camera::Camera;
 pub use geometry::{Geometry, NONE, Quadric, Shape};
 pub use light::Light;
+pub use load::{LoadOptions, SceneError, load_scene};
 pub use material::Material;
+pub use source::{Source, Sources};
 
 /// Pixel reconstruction filter, as pbrt-v4's `PixelFilter` names them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,6 +97,8 @@ pub struct Scene {
     pub warnings: Vec<String>,
     /// Hash of everything that can change the image.
     pub hash: u64,
+    /// Where materials, shapes, lights and the camera stand in the scene file.
+    pub sources: Sources,
 }
 
 impl Scene {

@@ -54,7 +54,14 @@ impl Curve {
         match self {
             Self::Constant(v) => Spectrum::splat(*v),
             Self::Sigmoid { scale, shape } => shape.eval(lanes) * *scale,
-            _ => Spectrum::from_fn(|i| self.at(lanes.lambda[i])),
+            Self::Illuminant {
+                scale,
+                shape,
+                table,
+            } => shape.eval(lanes) * Spectrum::from_fn(|i| scale * lookup(table, lanes.lambda[i])),
+            Self::Table { scale, table } => {
+                Spectrum::from_fn(|i| scale * lookup(table, lanes.lambda[i]))
+            }
         }
     }
 
@@ -70,7 +77,7 @@ impl Curve {
         c
     }
 
-    /// Varies with wavelength.
+    /// Written as one number: the same at every wavelength.
     pub fn is_constant(&self) -> bool {
         matches!(self, Self::Constant(_))
     }

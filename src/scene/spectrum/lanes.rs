@@ -1,4 +1,4 @@
-//! `Spectrum<N>`: N wavelengths carried at once, and `Lanes<N>`: which ones.
+//! `Spectrum<N>`: one value for each of the N wavelengths that a path carries at once.
 
 use std::ops::{Add, AddAssign, Div, Index, Mul, MulAssign, Sub};
 
@@ -107,19 +107,4 @@ impl<const N: usize> Index<usize> for Spectrum<N> {
     fn index(&self, i: usize) -> &f32 {
         &self.0[i]
     }
-}
-
-/// The wavelengths a path carries. Lane 0 is the hero wavelength λh = Λ(u); lane i is Λ(frac(u + i/N)), where Λ is the
-/// inverse CDF of a fixed density shaped like the eye's response over 360–830 nm (PBRT 4.5.4).
-/// The measure of the wavelength dimension is du on [0, 1).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lanes<const N: usize> {
-    /// The hero's sampling variable in [0, 1).
-    pub u: f32,
-    /// Wavelengths in nm.
-    pub lambda: [f32; N],
-    /// X, Y, Z of a unit of f in each lane: x̄(λᵢ) / (N·p(λᵢ)) and so on, so that XYZ = Σᵢ fᵢ·weightᵢ.
-    pub xyz: [Spectrum<N>; 3],
-    /// Weights of the chain's target: τ(f) = Σᵢ fᵢ·targetᵢ.
-    pub target: Spectrum<N>,
 }

@@ -1,0 +1,32 @@
+# Every target installs what it needs first. See CONTRIBUTING for what runs when.
+CARGO ?= cargo
+
+.PHONY: all render test test-long bench lint deps clean
+
+all: deps
+	$(CARGO) build --release
+
+# The picture of this project: Veach's door, a little open.
+render: all
+	mkdir -p out
+	target/release/metrolux render scenes/ajar/ajar.pbrt -o out/ajar.exr -o out/ajar.png
+
+test: deps
+	$(CARGO) test
+
+# Tests that take minutes, among them those marked #[ignore].
+test-long: deps
+	$(CARGO) test --release -- --include-ignored
+
+bench: deps
+	$(CARGO) bench
+
+lint: deps
+	$(CARGO) fmt --check
+	$(CARGO) clippy --all-targets -- -D warnings
+
+deps:
+	@sh ffi/install-deps.sh
+
+clean:
+	$(CARGO) clean

@@ -1,0 +1,108 @@
+/* The only file that knows Embree 3 from Embree 4. */
+#include "embree.h"
+
+/* Small enough to vanish into its callers; they are compiled with -O3. */
+static inline void set_ray(struct RTCRay *r, const mlx_ray *ray) {
+  r->org_x = ray->o[0];
+  r->org_y = ray->o[1];
+  r->org_z = ray->o[2];
+  r->tnear = 0.0f;
+  r->dir_x = ray->d[0];
+  r->dir_y = ray->d[1];
+  r->dir_z = ray->d[2];
+  r->time = 0.0f;
+  r->tfar = ray->t_max;
+  r->mask = 0xffffffffu;
+  r->id = 0;
+  r->flags = 0;
+}
+
+static inline uint32_t nearest(RTCScene scene, uint32_t split, const mlx_ray *ray) {
+  struct RTCRayHit q;
+  set_ray(&q.ray, ray);
+  q.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  q.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+#if MLX_EMBREE >= 4
+  rtcIntersect1(scene, &q, NULL);
+#else
+  struct RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcIntersect1(scene, &context, &q);
+#endif
+  if (q.hit.geomID == RTC_INVALID_GEOMETRY_ID)
+    return MLX_MISS;
+  return q.hit.geomID == 0 ? q.hit.primID : split + q.hit.primID;
+}
+
+static inline bool occluded(RTCScene scene, const mlx_ray *ray) {
+  struct RTCRay r;
+  set_ray(&r, ray);
+#if MLX_EMBREE >= 4
+  rtcOccluded1(scene, &r, NULL);
+#else
+  struct RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcOccluded1(scene, &context, &r);
+#endif
+  /* Embree says "occluded" by tfar = -inf. */
+  return r.tfar < 0.0f;
+}
+
+uint32_t mlx_nearest(RTCScene scene, uint32_t split, const mlx_ray *ray) { return nearest(scene, split, ray); }
+
+bool mlx_occluded(RTCScene scene, const mlx_ray *ray) { return occluded(scene, ray); }
+
+uint64_t mlx_replay(RTCScene scene, uint32_t split, const mlx_ray *rays, const uint8_t *kinds, size_t count) {
+  uint64_t sum = 0;
+  for (size_t i = 0; i < count; i++)
+    sum += kinds[i] ? (uint64_t)occluded(scene, &rays[i]) : nearest(scene, split, &rays[i]);
+  return sum;
+}
+
+/* Only single-ray queries are made, so the callbacks see N = 1, where the packet layout is that of RTCRayHit. */
+
+static void user_bounds(const struct RTCBoundsFunctionArguments *args) {
+  const mlx_user *user = (const mlx_user *)args->geometryUserPtr;
+  float box[6];
+  user->bounds(user->data, args->primID, box);
+  args->bounds_o->lower_x = box[0];
+  args->bounds_o->lower_y = box[1];
+  args->bounds_o->lower_z = box[2];
+  args->bounds_o->upper_x = box[3];
+  args->bounds_o->upper_y = box[4];
+  args->bounds_o->upper_z = box[5];
+}
+
+static inline float user_hit(const mlx_user *user, uint32_t prim, const struct RTCRay *r) {
+  const mlx_ray ray = {{r->org_x, r->org_y, r->org_z}, {r->dir_x, r->dir_y, r->dir_z}, r->tfar};
+  return user->hit(user->data, prim, &ray);
+}
+
+static void user_intersect(const struct RTCIntersectFunctionNArguments *args) {
+  struct RTCRayHit *q = (struct RTCRayHit *)args->rayhit;
+  if (args->N != 1 || !args->valid[0])
+    return;
+  const float t = user_hit((const mlx_user *)args->geometryUserPtr, args->primID, &q->ray);
+  if (t > 0.0f) {
+    q->ray.tfar = t;
+    q->hit.primID = args->primID;
+    q->hit.geomID = args->geomID;
+    q->hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  }
+}
+
+static void user_occluded(const struct RTCOccludedFunctionNArguments *args) {
+  struct RTCRay *r = (struct RTCRay *)args->ray;
+  if (args->N != 1 || !args->valid[0])
+    return;
+  if (user_hit((const mlx_user *)args->geometryUserPtr, args->primID, r) > 0.0f)
+    r->tfar = -__builtin_inff();
+}
+
+void mlx_set_user(RTCGeometry geometry, struct mlx_user *user, uint32_t count) {
+  rtcSetGeometryUserPrimitiveCount(geometry, count);
+  rtcSetGeometryUserData(geometry, user);
+  rtcSetGeometryBoundsFunction(geometry, user_bounds, NULL);
+  rtcSetGeometryIntersectFunction(geometry, user_intersect);
+  rtcSetGeometryOccludedFunction(geometry, user_occluded);
+}

@@ -1,0 +1,62 @@
+/* The one meeting point with Embree.
+ *
+ * Embree 3 and 4 share names and differ in a few signatures; embree.c hides those. Struct layouts come from the header
+ * of the installed library, never from a copy: a library built with another configuration than the header's writes
+ * outside the caller's structs.
+ */
+#ifndef MLX_EMBREE_H
+#define MLX_EMBREE_H
+
+#if defined(__has_include)
+#if __has_include(<embree4/rtcore.h>)
+#include <embree4/rtcore.h>
+#define MLX_EMBREE 4
+#elif __has_include(<embree3/rtcore.h>)
+#include <embree3/rtcore.h>
+#define MLX_EMBREE 3
+#endif
+#endif
+#ifndef MLX_EMBREE
+#error "No Embree header: neither embree4/rtcore.h nor embree3/rtcore.h is on the include path."
+#endif
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* Version of the header this was built against, as RTC_VERSION writes it. */
+enum { MLX_HEADER_VERSION = RTC_VERSION };
+
+/* "Nothing was hit." */
+#define MLX_MISS 0xffffffffu
+
+/* A ray o + t d, 0 < t < t_max. */
+typedef struct mlx_ray {
+  float o[3];
+  float d[3];
+  float t_max;
+} mlx_ray;
+
+/* What a geometry of curved primitives is made of; its user data points here. */
+typedef struct mlx_user {
+  const void *data;
+  /* Box around a primitive: lower x y z, upper x y z. */
+  void (*bounds)(const void *data, uint32_t prim, float box[6]);
+  /* Distance of the nearest hit in 0 < t < t_max, or a negative number. */
+  float (*hit)(const void *data, uint32_t prim, const mlx_ray *ray);
+} mlx_user;
+
+/* Makes `geometry` (RTC_GEOMETRY_TYPE_USER) answer through `user`, which must outlive it. */
+void mlx_set_user(RTCGeometry geometry, struct mlx_user *user, uint32_t count);
+
+/* Nearest primitive, or MLX_MISS. Geometry 0 holds primitives 0 .. split-1, geometry 1 the others. */
+uint32_t mlx_nearest(RTCScene scene, uint32_t split, const mlx_ray *ray);
+
+/* Is there anything in 0 < t < t_max? */
+bool mlx_occluded(RTCScene scene, const mlx_ray *ray);
+
+/* The bare loops that a benchmark compares with: one query a ray, kinds[i] 0 = nearest, 1 = occluded.
+ * Returns the sum of the answers (primitive number, MLX_MISS, 0 or 1). */
+uint64_t mlx_replay(RTCScene scene, uint32_t split, const mlx_ray *rays, const uint8_t *kinds, size_t count);
+
+#endif

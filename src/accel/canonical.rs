@@ -1,0 +1,135 @@
+//! The closest hit with distance and barycentrics from the shared routine, whatever backend named the primitive.
+
+use super::triangle::Sheared;
+use super::{Accel, Hit, Ray, offset_origin, quadric, surface};
+use crate::scene::Geometry;
+
+/// Most attempts to get past a primitive that lies behind the origin although the backend named it.
+const MAX_RETRIES: i32 = 12;
+
+/// The nearest hit along the ray. `Hit::clamped` marks those where backend and shared routine disagree by a rounding;
+/// callers count them.
+#[inline]
+pub fn closest<A: Accel>(accel: &A, ray: &Ray) -> Option<Hit> {
+    let prim = accel.nearest(ray)?;
+    let hit = recompute(accel.geometry(), prim, ray);
+    if hit.t > 0.0 {
+        Some(hit)
+    } else {
+        step_past(accel, ray, hit)
+    }
+}
+
+/// The hit on a named primitive. Its t may be ≤ 0 where a backend's own arithmetic put the surface before an origin
+/// that lies beyond it.
+#[inline]
+pub fn recompute(geometry: &Geometry, prim: u32, ray: &Ray) -> Hit {
+    if let Some(q) = geometry.quadric(prim) {
+        // Backends call the very same function, so `None` means they named it out of its range.
+        return Hit {
+            prim,
+            t: quadric::intersect(q, ray).unwrap_or(0.0),
+            b1: 0.0,
+            b2: 0.0,
+            clamped: false,
+        };
+    }
+    let sheared = Sheared::new(ray);
+    let corners = geometry.corners(prim);
+    let (h, clamped) = match sheared.intersect(&corners) {
+        Some(h) => (h, false),
+        None => (sheared.nearest_point(&corners), true),
+    };
+    Hit {
+        prim,
+        t: h.t,
+        b1: h.b1,
+        b2: h.b2,
+        clamped,
+    }
+}
+
+/// The origin lies beyond the surface that the backend named (a needle whose plane f32 cannot tell): asks again from
+/// origins moved off that surface by growing multiples of its error bound.
+#[cold]
+fn step_past<A: Accel>(accel: &A, ray: &Ray, mut hit: Hit) -> Option<Hit> {
+    let geometry = accel.geometry();
+    for k in 0..MAX_RETRIES {
+        let s = surface(geometry, &hit, ray);
+        let moved = Ray {
+            o: offset_origin(ray.o, s.error * 2f32.powi(k), s.ng, ray.d),
+            ..*ray
+        };
+        let prim = accel.nearest(&moved)?;
+        hit = recompute(geometry, prim, ray);
+        if hit.t > 0.0 {
+            return Some(hit);
+        }
+    }
+    Some(Hit {
+        t: f32::MIN_POSITIVE,
+        clamped: true,
+        ..hit
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{Rng, soup};
+    use super::*;
+    use glam::Vec3;
+
+    /// Names one primitive for some calls, then nothing.
+    struct Stubborn<'a>(&'a Geometry, u32, std::sync::atomic::AtomicI32);
+
+    impl Accel for Stubborn<'_> {
+        fn geometry(&self) -> &Geometry {
+            self.0
+        }
+        fn nearest(&self, _: &Ray) -> Option<u32> {
+            let left = self.2.fetch_sub(1, std::sync::atomic::Ordering::Relaxed);
+            (left > 0).then_some(self.1)
+        }
+        fn occluded(&self, _: &Ray) -> bool {
+            false
+        }
+        fn name(&self) -> String {
+            "stubborn".into()
+        }
+        fn memory_bytes(&self) -> usize {
+            0
+        }
+    }
+
+    #[test]
+    fn a_surface_behind_the_origin_is_asked_about_again() {
+        let geometry = soup(&mut Rng(1), 1);
+        let s = super::super::surface::surface_at(&geometry, 0, 0.3, 0.3);
+        let ray = Ray {
+            o: offset_origin(s.p, s.error, s.ng, s.ng),
+            d: s.ng,
+            t_max: f32::INFINITY,
+        };
+        let answer = |calls: i32| closest(&Stubborn(&geometry, 0, calls.into()), &ray);
+        assert_eq!(answer(1), None);
+        assert_eq!(answer(3), None);
+        assert!(answer(1000).expect("gives up with a flag").clamped);
+    }
+
+    #[test]
+    fn a_primitive_missed_by_a_rounding_is_clamped_to_its_edge() {
+        let geometry = soup(&mut Rng(2), 1);
+        let [p0, p1, p2] = geometry.corners(0);
+        let out = (p0 + p1) * 0.5 + ((p0 + p1) * 0.5 - p2) * 1e-4;
+        let ng = (p1 - p0).cross(p2 - p0).normalize();
+        let ray = Ray {
+            o: out + ng,
+            d: -ng,
+            t_max: f32::INFINITY,
+        };
+        let hit = recompute(&geometry, 0, &ray);
+        assert!(hit.clamped && hit.b2 == 0.0 && (hit.b1 - 0.5).abs() < 0.1);
+        let off = surface(&geometry, &hit, &ray).p - out;
+        assert!(off.dot(ng).abs() < 1e-6 && off.length() < 1e-3 && off != Vec3::ZERO);
+    }
+}

@@ -1,0 +1,121 @@
+//! Rays that leave surfaces, and visibility between points on them.
+//!
+//! Origins move off a surface by the error bound of the point (PBRT 6.8.6), never by a length in scene units: a scene
+//! scaled by 10⁻⁶ … 10⁶ is traced the same.
+
+use super::surface::{ROUNDOFF, Surface};
+use super::{Accel, Ray};
+use glam::Vec3;
+
+/// A point moved off its surface to the side that `direction` points to: far enough along the normal to leave the box
+/// of half width `error` around it, then away by one more float in each coordinate. A normal of 0 moves nothing.
+#[inline]
+pub fn offset_origin(p: Vec3, error: f32, ng: Vec3, direction: Vec3) -> Vec3 {
+    let distance = error * (ng.x.abs() + ng.y.abs() + ng.z.abs());
+    let side = if direction.dot(ng) < 0.0 {
+        -distance
+    } else {
+        distance
+    };
+    let offset = ng * side;
+    let moved = p + offset;
+    Vec3::new(
+        away(moved.x, offset.x),
+        away(moved.y, offset.y),
+        away(moved.z, offset.z),
+    )
+}
+
+/// The next float in the direction of `offset`, so that rounding the sum never shortens the step.
+#[inline]
+fn away(x: f32, offset: f32) -> f32 {
+    if offset > 0.0 {
+        x.next_up()
+    } else if offset < 0.0 {
+        x.next_down()
+    } else {
+        x
+    }
+}
+
+impl Surface {
+    /// The ray from here in direction `d`, to infinity.
+    #[inline]
+    pub fn ray(&self, d: Vec3) -> Ray {
+        Ray {
+            o: offset_origin(self.p, self.error, self.ng, d),
+            d,
+            t_max: f32::INFINITY,
+        }
+    }
+}
+
+/// Nothing lies between two points, each given with its error bound and geometric normal; a point of a lens or light
+/// that lies on no surface has the normal 0. Both ways give the same answer, since one of them is always asked.
+#[inline]
+pub fn visible<A: Accel>(
+    accel: &A,
+    p0: Vec3,
+    e0: f32,
+    ng0: Vec3,
+    p1: Vec3,
+    e1: f32,
+    ng1: Vec3,
+) -> bool {
+    if (p1.x, p1.y, p1.z) < (p0.x, p0.y, p0.z) {
+        return segment_free(accel, (p1, e1, ng1), (p0, e0, ng0));
+    }
+    segment_free(accel, (p0, e0, ng0), (p1, e1, ng1))
+}
+
+/// Visibility of (point, error bound, normal) ends in the given order.
+#[inline]
+fn segment_free<A: Accel>(accel: &A, a: (Vec3, f32, Vec3), b: (Vec3, f32, Vec3)) -> bool {
+    let d = b.0 - a.0;
+    // Beside the points' own error: a test's distance along the ray is rounded in proportion to the length, so the far
+    // end stands off by that much more; 8 roundings cover the dot products of numerator and denominator.
+    let along = 8.0 * ROUNDOFF * d.abs().max_element();
+    let o = offset_origin(a.0, a.1 + along, a.2, d);
+    let e = offset_origin(b.0, b.1 + along, b.2, -d);
+    let between = e - o;
+    // Closer than their errors: nothing fits between.
+    if between.dot(d) <= 0.0 {
+        return true;
+    }
+    !accel.occluded(&Ray {
+        o,
+        d: between,
+        t_max: 1.0 - f32::EPSILON,
+    })
+}
+
+/// Nothing lies in direction `d` of a surface point, out to infinity.
+#[inline]
+pub fn escapes<A: Accel>(accel: &A, p: Vec3, error: f32, ng: Vec3, d: Vec3) -> bool {
+    !accel.occluded(&Ray {
+        o: offset_origin(p, error, ng, d),
+        d,
+        t_max: f32::INFINITY,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn offsets_scale_with_the_error_and_round_outward() {
+        let p = Vec3::new(1.0, -2.0, 1e-20);
+        let n = Vec3::new(0.6, 0.0, -0.8);
+        for error in [1e-30f32, 1e-7, 1e-3] {
+            for d in [n, -n] {
+                let moved = (offset_origin(p, error, n, d) - p).as_dvec3();
+                assert!(moved.dot(d.as_dvec3()) > 0.0);
+                // Away from the box of half width `error`.
+                let box_reach = error as f64 * 1.4;
+                assert!(moved.dot(d.as_dvec3()) >= box_reach * (1.0 - 1e-6));
+            }
+        }
+        assert_eq!(offset_origin(p, 1.0, Vec3::ZERO, n), p);
+    }
+}

@@ -1,0 +1,222 @@
+//! The surface at a hit: point with error bound, normals, texture coordinates, tangent.
+//!
+//! The point comes from barycentrics, not from o + t·d: its error does not grow with t (PBRT 6.8.4). Sidedness follows
+//! the winding, which the loader has turned to pbrt-v4's outside.
+
+use super::{Hit, Ray, quadric};
+use crate::scene::{Geometry, Quadric};
+use glam::{DVec3, Mat3, Vec2, Vec3};
+use std::f32::consts::{PI, TAU};
+
+/// Unit roundoff u = 2⁻²⁴ of f32.
+pub const ROUNDOFF: f32 = 0.5 * f32::EPSILON;
+
+/// γ_n = n·u/(1 − n·u): bound on the relative error of n roundings (PBRT 6.8.1, equation 6.19).
+#[inline]
+pub const fn gamma(n: u32) -> f32 {
+    n as f32 * ROUNDOFF / (1.0 - n as f32 * ROUNDOFF)
+}
+
+/// Everything a hit needs to know about the surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surface {
+    /// The point, in stored world coordinates.
+    pub p: Vec3,
+    /// Bound on |p − true| of each coordinate, plus what any backend's plane test may be off at p.
+    pub error: f32,
+    /// Unit geometric normal, on the side pbrt-v4 calls outside.
+    pub ng: Vec3,
+    /// Unit shading normal, on the side of `ng`.
+    pub ns: Vec3,
+    /// Texture coordinates (pbrt-v4's parametrisation where the scene gives none).
+    pub uv: Vec2,
+    /// ∂p/∂u: not 0, not of unit length, in the plane of the primitive.
+    pub dpdu: Vec3,
+}
+
+/// The surface at a hit of `ray`.
+#[inline]
+pub fn surface(geometry: &Geometry, hit: &Hit, ray: &Ray) -> Surface {
+    match geometry.quadric(hit.prim) {
+        None => surface_at(geometry, hit.prim, hit.b1, hit.b2),
+        Some(q) => quadric_at(q, ray.o.as_dvec3() + ray.d.as_dvec3() * hit.t as f64),
+    }
+}
+
+/// The surface at barycentrics (b1, b2) of triangle `prim`, for points that are sampled rather than hit.
+#[inline]
+pub fn surface_at(geometry: &Geometry, prim: u32, b1: f32, b2: f32) -> Surface {
+    let [p0, p1, p2] = geometry.corners(prim);
+    let b0 = 1.0 - b1 - b2;
+    let (q0, q1, q2) = (p0 * b0, p1 * b1, p2 * b2);
+    let shape = &geometry.shapes[geometry.prim_shape[prim as usize] as usize];
+    let (cross, plane_error) = plane(p0, p1, p2);
+    let ng = cross.as_vec3();
+    let p = q0 + q1 + q2;
+    let rounding = gamma(7) * (q0.abs() + q1.abs() + q2.abs()).max_element();
+
+    let [i0, i1, i2] = geometry.triangles[prim as usize].map(|i| i as usize);
+    let ns = if shape.has_normals {
+        let n = &geometry.normals;
+        facing(n[i0] * b0 + n[i1] * b1 + n[i2] * b2, ng)
+    } else {
+        ng
+    };
+    let (uv, dpdu) = if shape.has_uvs {
+        let t = &geometry.uvs;
+        let [t0, t1, t2] = [t[i0], t[i1], t[i2]];
+        (
+            t0 * b0 + t1 * b1 + t2 * b2,
+            tangent([p0, p1, p2], [t0, t1, t2], ng),
+        )
+    } else {
+        // pbrt-v4's default corners (0,0), (1,0), (1,1).
+        (Vec2::new(b1 + b2, b2), nonzero(p1 - p0, ng))
+    };
+    Surface {
+        p,
+        error: rounding + plane_error,
+        ng,
+        ns,
+        uv,
+        dpdu,
+    }
+}
+
+/// Unit normal of a triangle, and how far from its plane a ray–triangle test in f32 may believe a nearby origin to be.
+///
+/// With L the longest edge and h the height on it, a test that works on corners relative to the origin rounds each by
+/// u·L, so the edges by 3u·L, the components of their cross product by 9u·L², and corner · normal by √3·9u·L³ + 4u·L·|N|
+/// with |N| = L·h: a distance of 4u·L + 16u·L²/h. Past a needle of h/L = 10⁻³ that exceeds the width of the triangle;
+/// there the offset stays at h/8, and `closest` asks again instead.
+#[inline]
+fn plane(p0: Vec3, p1: Vec3, p2: Vec3) -> (DVec3, f32) {
+    // In f64 because the squares of small scenes underflow f32.
+    let (p0, p1, p2) = (p0.as_dvec3(), p1.as_dvec3(), p2.as_dvec3());
+    let (a, b, c) = (p1 - p0, p2 - p0, p2 - p1);
+    let cross = a.cross(b);
+    let area2 = cross.length();
+    let longest2 = a
+        .length_squared()
+        .max(b.length_squared())
+        .max(c.length_squared());
+    if area2 == 0.0 {
+        return (a.as_vec3().any_normal().as_dvec3(), 0.0);
+    }
+    let longest = longest2.sqrt();
+    let height = area2 / longest;
+    let u = ROUNDOFF as f64;
+    let bound = 4.0 * u * longest + (16.0 * u * longest2 / height).min(0.125 * height);
+    (cross / area2, bound as f32)
+}
+
+/// A unit normal to a vector, also to 0.
+trait AnyNormal {
+    fn any_normal(self) -> Vec3;
+}
+
+impl AnyNormal for Vec3 {
+    fn any_normal(self) -> Vec3 {
+        let d = self.normalize_or(Vec3::Z);
+        d.any_orthonormal_vector()
+    }
+}
+
+/// The interpolated normal, of unit length and on the side of `ng`. pbrt-v4 turns the geometric normal instead; the
+/// loader has done that for whole faces, so that ng stays a function of the primitive alone, as light sampling needs.
+#[inline]
+fn facing(n: Vec3, ng: Vec3) -> Vec3 {
+    let length2 = n.length_squared();
+    if !(length2 > 0.0) {
+        return ng;
+    }
+    let n = n * length2.sqrt().recip();
+    if n.dot(ng) < 0.0 { -n } else { n }
+}
+
+/// `v`, or some tangent where it is 0.
+#[inline]
+fn nonzero(v: Vec3, ng: Vec3) -> Vec3 {
+    if v == Vec3::ZERO { ng.any_normal() } else { v }
+}
+
+/// ∂p/∂u of a triangle with texture coordinates (PBRT 6.5.3).
+#[inline]
+fn tangent([p0, p1, p2]: [Vec3; 3], [t0, t1, t2]: [Vec2; 3], ng: Vec3) -> Vec3 {
+    let (a, b) = (t0 - t2, t1 - t2);
+    let det = a.x * b.y - a.y * b.x;
+    // The areas of texture space that pbrt-v4 calls degenerate.
+    if det.abs() < 1e-9 {
+        return ng.any_normal();
+    }
+    nonzero(((p0 - p2) * b.y - (p1 - p2) * a.y) / det, ng)
+}
+
+/// The surface of a quadric at the point nearest to `near`, for points that are sampled rather than hit.
+#[inline]
+pub fn quadric_at(q: &Quadric, near: DVec3) -> Surface {
+    let (p, outward) = quadric::project(q, near);
+    let p32 = p.as_vec3();
+    // One rounding of each coordinate, and one of the f64 arithmetic's guard: γ2 of the largest coordinate.
+    let magnitude = |c: Vec3, r: f32| gamma(2) * (c.abs().max_element() + r);
+    match *q {
+        Quadric::Sphere {
+            center,
+            radius,
+            to_object,
+            inward,
+        } => {
+            let n = outward.as_vec3();
+            let ng = if inward { -n } else { n };
+            let local = to_object * n;
+            let (uv, dpdu) = sphere_uv(local, radius, to_object);
+            Surface {
+                p: p32,
+                error: magnitude(center, radius),
+                ng,
+                ns: ng,
+                uv,
+                dpdu,
+            }
+        }
+        Quadric::Disk {
+            center,
+            normal,
+            tangent,
+            radius,
+        } => {
+            let r = (p - center.as_dvec3()).as_vec3();
+            let bitangent = normal.cross(tangent);
+            let (x, y) = (r.dot(tangent), r.dot(bitangent));
+            let turn = (bitangent * x - tangent * y) * TAU;
+            Surface {
+                p: p32,
+                error: magnitude(center, radius),
+                ng: normal,
+                ns: normal,
+                uv: Vec2::new(angle(x, y) / TAU, 1.0 - r.length() / radius),
+                dpdu: nonzero(turn, normal),
+            }
+        }
+    }
+}
+
+/// pbrt-v4's (u, v) on a full sphere: u = φ/2π, v from 0 at the pole −z to 1 at +z; with ∂p/∂u in the world.
+#[inline]
+fn sphere_uv(n: Vec3, radius: f32, to_object: Mat3) -> (Vec2, Vec3) {
+    let v = 1.0 - n.z.clamp(-1.0, 1.0).acos() / PI;
+    let turn = Vec3::new(-n.y, n.x, 0.0) * (TAU * radius);
+    let turn = if turn == Vec3::ZERO { Vec3::Y } else { turn };
+    // to_object is a rotation: its transpose is its inverse.
+    (
+        Vec2::new(angle(n.x, n.y) / TAU, v),
+        to_object.transpose() * turn,
+    )
+}
+
+/// Polar angle in [0, 2π).
+#[inline]
+fn angle(x: f32, y: f32) -> f32 {
+    let phi = y.atan2(x);
+    if phi < 0.0 { phi + TAU } else { phi }
+}

@@ -1,0 +1,100 @@
+//! What the Embree backend promises beside answers: the same build every time, honest words, no bad memory.
+
+use super::super::testing::{Rng, geometry, icosphere, mixed};
+use super::super::*;
+use super::*;
+
+/// FNV-1a over the answers to many rays.
+fn hash(a: &Embree, rays: &[Ray]) -> u64 {
+    let mut h = 0xcbf2_9ce4_8422_2325u64;
+    for ray in rays {
+        let word = a.nearest(ray).unwrap_or(u32::MAX) as u64 | (a.occluded(ray) as u64) << 32;
+        h = (h ^ word).wrapping_mul(0x0100_0000_01b3);
+    }
+    h
+}
+
+#[test]
+fn builds_answer_the_same_whatever_the_number_of_build_threads() {
+    let mut rng = Rng(17);
+    for g in [mixed(&mut rng, 30_000, 50), icosphere(5)] {
+        let mut rays: Vec<Ray> = (0..20_000).map(|_| random_ray(&mut rng)).collect();
+        // Rays at corners, where faces tie.
+        let corners = g.positions.len() - 1;
+        rays.extend((0..20_000).map(|i| {
+            let o = rng.direction() * 0.3;
+            to_infinity(o, g.positions[i % corners] - o)
+        }));
+        for high_quality in [false, true] {
+            let hashes = [1, 2, 7].map(|threads| {
+                let options = EmbreeOptions {
+                    threads,
+                    high_quality,
+                    ..EmbreeOptions::default()
+                };
+                hash(&Embree::new(&g, options).expect("builds"), &rays)
+            });
+            assert_eq!(hashes[0], hashes[1], "high quality: {high_quality}");
+            assert_eq!(hashes[0], hashes[2], "high quality: {high_quality}");
+        }
+    }
+}
+
+#[test]
+fn an_empty_scene_answers_nothing() {
+    let g = geometry(vec![], vec![], vec![]);
+    let ray = to_infinity(Vec3::ZERO, Vec3::X);
+    let (a, b) = (embree(&g), Obvhs::new(&g));
+    assert_eq!((a.nearest(&ray), b.nearest(&ray)), (None, None));
+    assert!(!a.occluded(&ray) && !b.occluded(&ray));
+}
+
+#[test]
+fn embree_says_what_it_is_and_holds() {
+    let g = icosphere(3);
+    let a = embree(&g);
+    let version = a.version();
+    assert!(
+        version.starts_with("3.") || version.starts_with("4."),
+        "{version}"
+    );
+    assert!(a.memory_bytes() > g.triangles.len() * 16);
+    assert_eq!(a.check(), Ok(()));
+    assert!(a.build_time().as_nanos() > 0);
+}
+
+#[test]
+fn geometry_that_reads_out_of_bounds_is_refused() {
+    let spare_missing = Geometry {
+        positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+        triangles: vec![[0, 1, 2]],
+        ..Geometry::default()
+    };
+    let infinite = geometry(
+        vec![Vec3::ZERO, Vec3::X, Vec3::INFINITY],
+        vec![[0, 1, 2]],
+        vec![],
+    );
+    for g in [spare_missing, infinite] {
+        let error = Embree::new(&g, EmbreeOptions::default()).err();
+        assert!(matches!(error, Some(EmbreeError::Geometry(_))), "{error:?}");
+    }
+}
+
+#[test]
+fn the_bare_loop_gives_the_sum_of_the_answers() {
+    let mut rng = Rng(18);
+    let g = mixed(&mut rng, 200, 20);
+    let a = embree(&g);
+    let rays: Vec<Ray> = (0..1000).map(|_| random_ray(&mut rng)).collect();
+    let kinds: Vec<u8> = (0..1000).map(|i| (i % 2) as u8).collect();
+    let expected: u64 = rays
+        .iter()
+        .zip(&kinds)
+        .map(|(r, k)| match k {
+            0 => a.nearest(r).unwrap_or(u32::MAX) as u64,
+            _ => a.occluded(r) as u64,
+        })
+        .sum();
+    assert_eq!(a.replay(&rays, &kinds), expected);
+}

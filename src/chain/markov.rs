@@ -1,0 +1,194 @@
+//! The Markov step: choose a strategy, propose, accept or reject.
+
+use super::{ChainStats, Direct, MltOptions};
+use crate::accel::Accel;
+use crate::mutation::{Bidirectional, Context, LensPerturbation, Strategy, Wavelength, Workspace};
+use crate::path::{Path, Pool, World};
+use crate::sampling::Rng;
+use glam::Vec2;
+
+/// One contribution to the image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Splat {
+    /// Raster point.
+    pub raster: Vec2,
+    /// XYZ of f/τ(f).
+    pub xyz: [f32; 3],
+    /// Expected number of steps spent here.
+    pub weight: f32,
+}
+
+/// A chain with its current path.
+pub struct Chain<const N: usize> {
+    /// The current path.
+    pub x: Path<N>,
+    ws: Workspace<N>,
+    rng: Rng,
+    step: u64,
+    /// Expected-value weight of x not yet splatted.
+    pending: f64,
+    stay: u64,
+    /// Counters.
+    pub stats: ChainStats,
+}
+
+/// What a chain looks at while it steps.
+pub struct Setting<'a, A: Accel> {
+    /// The scene.
+    pub world: &'a World<'a, A>,
+    /// The run's settings.
+    pub options: &'a MltOptions,
+}
+
+/// The probability with which each strategy is chosen at a path: zero where it does not suit.
+#[inline]
+fn choice<const N: usize>(
+    options: &MltOptions,
+    x: &mut Path<N>,
+    pool: &Pool<N>,
+) -> ([f64; 3], f64) {
+    let s = options.shares.0;
+    let mut w = [0.0; 3];
+    if s[0] > 0.0 && Bidirectional::suits(x) {
+        w[0] = s[0];
+    }
+    if s[1] > 0.0 && LensPerturbation::suits(x, pool).is_some() {
+        w[1] = s[1];
+    }
+    if s[2] > 0.0 && Wavelength::suits(x, pool) {
+        w[2] = s[2];
+    }
+    (w, w.iter().sum())
+}
+
+impl<const N: usize> Chain<N> {
+    /// An idle chain with room for the world's longest paths. `rng` is the chain's own stream.
+    pub fn new(max_edges: usize, rng: Rng) -> Self {
+        let ws: Workspace<N> = Workspace::new(max_edges);
+        let x = ws.y.clone_capacity(max_edges);
+        Self {
+            x,
+            ws,
+            rng,
+            step: 0,
+            pending: 0.0,
+            stay: 0,
+            stats: ChainStats::default(),
+        }
+    }
+
+    /// Starts at a copy of a path.
+    pub fn start(&mut self, path: &Path<N>, pool: &Pool<N>) {
+        self.ws.pool.reset();
+        self.x.clear();
+        self.x.copy_from(path);
+        for slot in &mut self.x.slots {
+            *slot = self.ws.pool.put(*pool.get(*slot));
+        }
+        self.pending = 0.0;
+        self.stay = 0;
+    }
+
+    /// Vertices of the current path.
+    pub fn pool(&self) -> &Pool<N> {
+        &self.ws.pool
+    }
+
+    /// One step. `splat` receives what the step gives the image.
+    #[inline]
+    pub fn step<A: Accel>(&mut self, set: &Setting<A>, splat: &mut impl FnMut(Splat)) {
+        self.rng.set_step(self.step);
+        self.step += 1;
+        let (w, total) = choice(set.options, &mut self.x, &self.ws.pool);
+        let mut accepted = false;
+        let mut a = 0.0;
+        if total > 0.0 {
+            let mut r = self.rng.next_f64() * total;
+            let mut chosen = 0;
+            for (i, wi) in w.iter().enumerate() {
+                if *wi > 0.0 {
+                    chosen = i;
+                    if r < *wi {
+                        break;
+                    }
+                    r -= wi;
+                }
+            }
+            let strategy = Strategy::ALL[chosen];
+            self.stats.strategies[chosen].proposed += 1;
+            self.ws.begin();
+            let mut ctx = Context {
+                world: set.world,
+                rng: &mut self.rng,
+                tally: &mut self.stats.tally,
+                indirect_only: set.options.direct == Direct::Separate,
+                weigh_deletions: set.options.weigh_deletions,
+            };
+            let ratio = match strategy {
+                Strategy::Bidirectional => {
+                    Bidirectional::propose(&mut self.x, &mut self.ws, &mut ctx)
+                }
+                Strategy::Lens => LensPerturbation::propose(&mut self.x, &mut self.ws, &mut ctx),
+                Strategy::Wavelength => Wavelength::propose(&mut self.x, &mut self.ws, &mut ctx),
+            };
+            if let Some(ratio) = ratio {
+                self.stats.strategies[chosen].constructed += 1;
+                let (wy, total_y) = choice(set.options, &mut self.ws.y, &self.ws.pool);
+                let ratio = ratio * (wy[chosen] / total_y) / (w[chosen] / total);
+                if self.stats.tally.check(ratio) {
+                    a = ratio.min(1.0);
+                }
+                accepted = self.rng.next_f64() < a;
+                if set.options.expected_values {
+                    self.pending += 1.0 - a;
+                    if accepted {
+                        self.flush(splat);
+                        self.pending = a;
+                    } else if a > 0.0 {
+                        splat(of(&self.ws.y, a));
+                    }
+                } else {
+                    if accepted {
+                        self.flush(splat);
+                    }
+                    self.pending += 1.0;
+                }
+                if accepted {
+                    self.stats.strategies[chosen].accepted += 1;
+                    self.ws.accept(&mut self.x);
+                }
+            } else {
+                self.pending += 1.0;
+            }
+            if !accepted {
+                self.ws.reject();
+            }
+        } else {
+            self.pending += 1.0;
+        }
+        if accepted {
+            self.stay = 0;
+        } else {
+            self.stay += 1;
+            self.stats.longest_stay = self.stats.longest_stay.max(self.stay);
+        }
+    }
+
+    /// Splats the current path's pending weight; at the end of a round.
+    #[inline]
+    pub fn flush(&mut self, splat: &mut impl FnMut(Splat)) {
+        if self.pending > 0.0 {
+            splat(of(&self.x, self.pending));
+            self.pending = 0.0;
+        }
+    }
+}
+
+#[inline]
+fn of<const N: usize>(p: &Path<N>, weight: f64) -> Splat {
+    Splat {
+        raster: p.raster,
+        xyz: p.color(),
+        weight: weight as f32,
+    }
+}

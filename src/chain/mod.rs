@@ -1,0 +1,27 @@
+//! Markov chains: seeding, the step, blocks and their schedule.
+
+mod markov;
+mod options;
+mod schedule;
+mod seeding;
+mod stats;
+
+pub use markov::{Chain, Splat};
+pub use options::{Direct, MltOptions, Shares};
+pub use schedule::{Generation, Mlt};
+pub use seeding::{Batch, Seed, replay, seed_group};
+pub use stats::{ChainStats, StrategyStats};
+
+/// Names of the random streams: one for each use, so that none ever overlap.
+pub mod stage {
+    /// Seeding samples.
+    pub const SEEDING: u32 = 1;
+    /// Offsets of the systematic resampling.
+    pub const RESAMPLING: u32 = 2;
+    /// Steps of the chains.
+    pub const CHAIN: u32 = 3;
+    /// Camera samples: path tracing, bidirectional path tracing.
+    pub const CAMERA: u32 = 4;
+    /// The direct-lighting pass.
+    pub const DIRECT: u32 = 5;
+}

@@ -1,0 +1,89 @@
+//! Settings of Metropolis light transport. None of them depends on budget, threads or clock (DESIGN §8).
+
+use crate::mutation::Strategy;
+
+/// Who computes paths LS*E and LDS*E.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Direct {
+    /// A separate pass of stratified MIS sampling (Veach 11.5.1).
+    Separate,
+    /// The chain itself.
+    InChain,
+}
+
+/// Relative shares of the strategies; among those suited to a path they are normalised.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shares(pub [f64; Strategy::ALL.len()]);
+
+impl Default for Shares {
+    fn default() -> Self {
+        Self([0.5, 0.45, 0.05])
+    }
+}
+
+impl Shares {
+    /// Only the given strategy, beside a part of bidirectional mutations.
+    pub fn only(s: Strategy, bidirectional: f64) -> Self {
+        let mut v = [0.0; Strategy::ALL.len()];
+        v[Strategy::Bidirectional as usize] = bidirectional;
+        v[s as usize] += 1.0 - bidirectional;
+        Self(v)
+    }
+}
+
+/// Settings of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MltOptions {
+    /// Independent groups G; the standard error is taken between them.
+    pub groups: u32,
+    /// Chains of a group.
+    pub chains: u32,
+    /// Seeding samples of a group in each generation.
+    pub seeds: u32,
+    /// Steps of a chain in one round.
+    pub round: u32,
+    /// Rounds of a generation.
+    pub rounds_per_generation: u32,
+    /// Shares of the strategies.
+    pub shares: Shares,
+    /// Who computes direct light.
+    pub direct: Direct,
+    /// Importance-sampled p_d2 (Veach 11.5.4).
+    pub weigh_deletions: bool,
+    /// Splat both states by their probability (Veach 11.5.2).
+    pub expected_values: bool,
+    /// Samples a pixel of the direct pass for each mutation a pixel.
+    pub direct_per_mutation: f64,
+}
+
+impl Default for MltOptions {
+    fn default() -> Self {
+        Self {
+            groups: 16,
+            chains: 16,
+            seeds: 4096,
+            round: 64,
+            rounds_per_generation: 512,
+            shares: Shares::default(),
+            direct: Direct::Separate,
+            weigh_deletions: true,
+            expected_values: true,
+            direct_per_mutation: 0.125,
+        }
+    }
+}
+
+impl MltOptions {
+    /// Mutations of all chains in one round.
+    pub fn mutations_per_round(&self) -> u64 {
+        self.groups as u64 * self.chains as u64 * self.round as u64
+    }
+
+    /// Rounds that give at least `per_pixel` mutations for each of `pixels`.
+    pub fn rounds_for(&self, per_pixel: f64, pixels: u64) -> u64 {
+        ((per_pixel * pixels as f64) / self.mutations_per_round() as f64)
+            .ceil()
+            .max(1.0) as u64
+    }
+}

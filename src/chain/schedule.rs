@@ -1,0 +1,209 @@
+//! Generations and rounds: which chains run when, and the sums they fill.
+//!
+//! The unit of work is (generation, group, chain, round); sums are exact, so the order of the work and the number of
+//! threads leave no trace in the image.
+
+use super::markov::{Chain, Setting};
+use super::{Batch, ChainStats, MltOptions, Splat, replay, seed_group, stage};
+use crate::accel::Accel;
+use crate::film::{Crop, Film, Filter, Reserve, SplatBuffer};
+use crate::path::{Sampler, Tally, World};
+use crate::sampling::Rng;
+use rayon::prelude::*;
+use std::sync::Mutex;
+
+/// The chains of one generation.
+pub struct Generation<const N: usize> {
+    /// Number of the generation.
+    pub index: u32,
+    /// Seeding of each group.
+    pub batches: Vec<Batch>,
+    /// Chains with the brightness of their group; groups without light have none.
+    chains: Vec<(Chain<N>, f64)>,
+    /// Rounds made.
+    pub rounds: u64,
+}
+
+/// A run of Metropolis light transport that can go on for any number of rounds.
+pub struct Mlt<'a, A: Accel, const N: usize> {
+    world: &'a World<'a, A>,
+    options: MltOptions,
+    seed: u64,
+    crop: Crop,
+    filter: Filter,
+    film: Mutex<Film>,
+    idle: Reserve<SplatBuffer>,
+    generation: Option<Generation<N>>,
+    /// b_g of every group and generation so far.
+    pub b: Vec<Vec<f64>>,
+    /// Splats are divided by this power of two, near b of the first generation.
+    unit: f64,
+    /// Rounds made in all generations.
+    pub rounds: u64,
+    /// Counters of finished generations and of seeding.
+    stats: ChainStats,
+    /// Rays and faults of seeding.
+    pub seeding: Tally,
+}
+
+impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
+    /// A run that has done nothing yet.
+    pub fn new(world: &'a World<'a, A>, options: MltOptions, seed: u64) -> Self {
+        let crop = Crop::from(world.scene.camera.crop);
+        Self {
+            world,
+            options,
+            seed,
+            crop,
+            filter: Filter::new(&world.scene.settings.filter),
+            film: Mutex::new(Film::new(crop)),
+            idle: Reserve::new(),
+            generation: None,
+            b: Vec::new(),
+            unit: 1.0,
+            rounds: 0,
+            stats: ChainStats::default(),
+            seeding: Tally::default(),
+        }
+    }
+
+    /// Makes `rounds` more rounds, starting generations as they fall due.
+    pub fn run(&mut self, mut rounds: u64) {
+        while rounds > 0 {
+            if self
+                .generation
+                .as_ref()
+                .is_none_or(|g| g.rounds >= self.options.rounds_per_generation as u64)
+            {
+                self.begin_generation();
+            }
+            let g = self.generation.as_mut().expect("just begun");
+            let now = rounds.min(self.options.rounds_per_generation as u64 - g.rounds);
+            let set = Setting {
+                world: self.world,
+                options: &self.options,
+            };
+            let (film, idle, unit) = (&self.film, &self.idle, self.unit);
+            let (crop, filter) = (self.crop, &self.filter);
+            g.chains.par_iter_mut().for_each(|(chain, b)| {
+                let mut buffer = idle.take(|| SplatBuffer::new(crop, filter.clone()));
+                let scale = (*b / unit) as f32;
+                let mut faults = Tally::default();
+                for _ in 0..now {
+                    let mut sink = |s: Splat| {
+                        if let Err(f) = buffer.splat(s.raster, s.xyz, s.weight * scale) {
+                            faults.fault(f.into());
+                        }
+                    };
+                    for _ in 0..set.options.round {
+                        chain.step(&set, &mut sink);
+                    }
+                    chain.flush(&mut sink);
+                    if buffer.is_full() {
+                        film.lock().expect("no thread panicked").absorb(&mut buffer);
+                    }
+                }
+                chain.stats.tally += faults;
+                idle.put(buffer);
+            });
+            g.rounds += now;
+            self.rounds += now;
+            rounds -= now;
+        }
+    }
+
+    fn begin_generation(&mut self) {
+        let index = self.b.len() as u32;
+        if let Some(g) = self.generation.take() {
+            g.chains.iter().for_each(|(c, _)| self.stats += c.stats);
+        }
+        let (world, options, seed) = (self.world, &self.options, self.seed);
+        let seeded: Vec<(Batch, Vec<(Chain<N>, f64)>, Tally)> = (0..options.groups)
+            .into_par_iter()
+            .map(|group| {
+                let mut tally = Tally::default();
+                let batch = seed_group::<N, A>(world, options, seed, index, group, &mut tally);
+                let mut sampler = Sampler::new(world.max_edges);
+                let chains = batch
+                    .seeds
+                    .iter()
+                    .enumerate()
+                    .filter_map(|(c, s)| {
+                        if !replay(world, options, seed, index, group, *s, &mut sampler) {
+                            tally.fault(crate::path::Fault::ZeroDensity);
+                            return None;
+                        }
+                        let id = index * options.chains + c as u32;
+                        let mut chain =
+                            Chain::new(world.max_edges, Rng::new(seed, stage::CHAIN, group, id));
+                        let (path, pool) = sampler.joined();
+                        chain.start(path, pool);
+                        Some((chain, batch.b))
+                    })
+                    .collect();
+                (batch, chains, tally)
+            })
+            .collect();
+        let mut generation = Generation {
+            index,
+            batches: Vec::new(),
+            chains: Vec::new(),
+            rounds: 0,
+        };
+        for (batch, chains, tally) in seeded {
+            self.seeding += tally;
+            generation.batches.push(batch);
+            generation.chains.extend(chains);
+        }
+        self.b
+            .push(generation.batches.iter().map(|b| b.b).collect());
+        if index == 0 {
+            let b = self.brightness().0;
+            self.unit = if b > 0.0 {
+                2f64.powi(b.log2().round() as i32)
+            } else {
+                1.0
+            };
+        }
+        self.generation = Some(generation);
+    }
+
+    /// b, the integral of τ over the chain's paths and the raster domain (px²), and its standard error over the groups.
+    pub fn brightness(&self) -> (f64, f64) {
+        let g = self.options.groups as usize;
+        let each: Vec<f64> = (0..g)
+            .map(|i| self.b.iter().map(|b| b[i]).sum::<f64>() / self.b.len().max(1) as f64)
+            .collect();
+        let mean = each.iter().sum::<f64>() / g as f64;
+        let var = each.iter().map(|b| (b - mean).powi(2)).sum::<f64>() / (g.max(2) - 1) as f64;
+        (mean, (var / g as f64).sqrt())
+    }
+
+    /// Mutations made, failed ones counted.
+    pub fn mutations(&self) -> u64 {
+        self.rounds * self.options.mutations_per_round()
+    }
+
+    /// XYZ of each pixel of the crop.
+    pub fn image(&mut self) -> Vec<[f64; 3]> {
+        let mut film = self.film.lock().expect("no thread panicked");
+        for mut buffer in self.idle.drain() {
+            film.absorb(&mut buffer);
+            self.idle.put(buffer);
+        }
+        film.to_xyz(if self.rounds == 0 {
+            0.0
+        } else {
+            self.unit / self.mutations() as f64
+        })
+    }
+
+    /// Counters of all chains.
+    pub fn stats(&self) -> ChainStats {
+        let mut s = self.stats;
+        if let Some(g) = &self.generation {
+            g.chains.iter().for_each(|(c, _)| s += c.stats);
+        }
+        s
+    }
+}

@@ -1,0 +1,130 @@
+//! Seeding: bidirectional samples with weights, systematic resampling, replay (Veach 11.3.1).
+
+use super::{Direct, MltOptions, stage};
+use crate::accel::Accel;
+use crate::path::{Heuristic, Sampler, Tally, World};
+use crate::sampling::Rng;
+use crate::scene::spectrum::Lanes;
+
+/// A chosen start path: which sample, which strategy.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Seed {
+    /// Index of the sample in the group's batch.
+    pub sample: u32,
+    /// Light vertices.
+    pub s: u16,
+    /// Eye vertices.
+    pub t: u16,
+}
+
+/// The result of a group's seeding in one generation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Batch {
+    /// Mean weight b_g: the integral of τ over the group's paths.
+    pub b: f64,
+    /// Mean of the squared weights.
+    pub square: f64,
+    /// One for each chain; empty if b is 0.
+    pub seeds: Vec<Seed>,
+}
+
+/// The stream of one seeding sample.
+fn stream(seed: u64, generation: u32, group: u32, sample: u32) -> Rng {
+    let mut rng = Rng::new(seed, stage::SEEDING, group, generation);
+    rng.set_step(sample as u64);
+    rng
+}
+
+/// Draws the sub-paths of one sample.
+fn draw<const N: usize, A: Accel>(
+    world: &World<A>,
+    sampler: &mut Sampler<N>,
+    rng: &mut Rng,
+    tally: &mut Tally,
+) {
+    let lanes = Lanes::new(rng.next_f32());
+    let raster = world.lens.sample_raster(rng.next_vec2());
+    sampler.sample(world, &lanes, raster, rng, tally);
+}
+
+/// Seeds one group: n samples, each keeping one of its paths in proportion to its weight, then n' of them at equal
+/// intervals of the cumulative weight.
+pub fn seed_group<const N: usize, A: Accel>(
+    world: &World<A>,
+    options: &MltOptions,
+    seed: u64,
+    generation: u32,
+    group: u32,
+    tally: &mut Tally,
+) -> Batch {
+    let mut sampler = Sampler::<N>::new(world.max_edges);
+    let indirect = options.direct == Direct::Separate;
+    let mut chosen = Vec::with_capacity(options.seeds as usize);
+    let (mut total, mut square) = (0.0f64, 0.0f64);
+    for sample in 0..options.seeds {
+        let mut rng = stream(seed, generation, group, sample);
+        draw(world, &mut sampler, &mut rng, tally);
+        let (mut weight, mut pick) = (0.0f64, Seed { sample, s: 0, t: 0 });
+        sampler.join(world, Heuristic::Balance, indirect, tally, |j, _| {
+            weight += j.weight;
+            // Reservoir of one: each path with probability proportional to its weight.
+            if rng.next_f64() * weight < j.weight {
+                pick = Seed {
+                    sample,
+                    s: j.s as u16,
+                    t: j.t as u16,
+                };
+            }
+        });
+        if weight > 0.0 {
+            total += weight;
+            square += weight * weight;
+            chosen.push((total, pick));
+        }
+    }
+    let n = options.seeds as f64;
+    let mut seeds = Vec::new();
+    if total > 0.0 {
+        let mut rng = Rng::new(seed, stage::RESAMPLING, group, generation);
+        let offset = rng.next_f64();
+        let mut i = 0;
+        for c in 0..options.chains {
+            let at = (c as f64 + offset) / options.chains as f64 * total;
+            while i + 1 < chosen.len() && chosen[i].0 <= at {
+                i += 1;
+            }
+            seeds.push(chosen[i].1);
+        }
+    }
+    Batch {
+        b: total / n,
+        square: square / n,
+        seeds,
+    }
+}
+
+/// Makes a seed's path again; it stands in the sampler.
+pub fn replay<const N: usize, A: Accel>(
+    world: &World<A>,
+    options: &MltOptions,
+    seed: u64,
+    generation: u32,
+    group: u32,
+    chosen: Seed,
+    sampler: &mut Sampler<N>,
+) -> bool {
+    let mut tally = Tally::default();
+    let mut rng = stream(seed, generation, group, chosen.sample);
+    draw(world, sampler, &mut rng, &mut tally);
+    let indirect = options.direct == Direct::Separate;
+    sampler
+        .join_one(
+            world,
+            chosen.s as usize,
+            chosen.t as usize,
+            Heuristic::Balance,
+            indirect,
+            &mut tally,
+        )
+        .is_some()
+}

@@ -1,0 +1,42 @@
+//! Errors of the command line, each with its exit code (the one place that derives them).
+
+use super::compare::CompareError;
+use crate::accel::EmbreeError;
+use crate::output::ImageError;
+use crate::scene::load::SceneError;
+use std::process::ExitCode;
+
+/// Why a command could not do its work.
+#[derive(Debug, thiserror::Error)]
+pub enum CliError {
+    /// The scene cannot be read or does not make sense.
+    #[error("{0}")]
+    Scene(#[from] SceneError),
+    /// Options that do not go together.
+    #[error("{0}")]
+    Usage(String),
+    /// An image could not be read or written.
+    #[error("{0}")]
+    Output(#[from] ImageError),
+    /// The ray-tracing backend refused.
+    #[error("{0}")]
+    Accel(#[from] EmbreeError),
+    /// A comparison did not come about.
+    #[error("{0}")]
+    Compare(#[from] CompareError),
+    /// A fault of this program or of the system.
+    #[error("{0}")]
+    Internal(String),
+}
+
+impl CliError {
+    /// 1 internal · 2 usage, scene or unreadable input · 4 output not writable.
+    pub fn exit_code(&self) -> ExitCode {
+        ExitCode::from(match self {
+            Self::Scene(_) | Self::Usage(_) => 2,
+            Self::Output(e) => e.exit_code(),
+            Self::Compare(e) => e.exit_code(),
+            Self::Accel(_) | Self::Internal(_) => 1,
+        })
+    }
+}

@@ -1,0 +1,140 @@
+//! A render job with every choice made: arguments over the scene file's settings over defaults.
+
+use super::CliError;
+use super::render::{AccelArg, IntegratorArg, RenderArgs};
+use crate::integrator::Budget;
+use crate::scene::{IntegratorKind, Scene};
+use std::path::PathBuf;
+
+/// What will be done.
+pub struct Job {
+    /// Integrator.
+    pub integrator: IntegratorKind,
+    /// When to stop.
+    pub budget: Budget,
+    /// Backend.
+    pub accel: AccelArg,
+    /// Lanes of wavelengths.
+    pub lanes: usize,
+    /// Threads; 0 for as many as there are cores.
+    pub threads: usize,
+    /// Files to write.
+    pub outputs: Vec<PathBuf>,
+}
+
+/// Mutations a pixel where neither the command line nor the scene says.
+const DEFAULT_MUTATIONS: f64 = 100.0;
+/// Samples a pixel where neither the command line nor the scene says.
+const DEFAULT_SPP: f64 = 64.0;
+
+impl Job {
+    /// Resolves the arguments; resolution, region and depth are written into the scene's settings.
+    pub fn new(args: &RenderArgs, scene: &mut Scene) -> Result<Self, CliError> {
+        let usage = |m: String| CliError::Usage(m);
+        if let Some([w, h]) = args.resolution {
+            resize(scene, w, h);
+        }
+        if let Some([x0, y0, x1, y1]) = args.region {
+            let [w, h] = scene.camera.resolution;
+            if x0 >= x1 || y0 >= y1 || x1 > w || y1 > h {
+                return Err(usage(format!(
+                    "--region {x0},{y0},{x1},{y1} is not inside the image: found {w}x{h} pixels, expected \
+                     x0 < x1 <= {w} and y0 < y1 <= {h}"
+                )));
+            }
+            scene.camera.crop = [x0, y0, x1, y1];
+        }
+        if let Some(d) = args.max_depth {
+            scene.settings.max_depth = d;
+        }
+        let integrator = match args.integrator {
+            Some(IntegratorArg::Mlt) => IntegratorKind::Mlt,
+            Some(IntegratorArg::Bdpt) => IntegratorKind::Bdpt,
+            Some(IntegratorArg::Pt) => IntegratorKind::Pt,
+            None => scene.settings.integrator.unwrap_or(IntegratorKind::Mlt),
+        };
+        let is_mlt = integrator == IntegratorKind::Mlt;
+        if args.mutations.is_some() && !is_mlt {
+            return Err(usage(
+                "--mutations is for --integrator mlt; pt and bdpt take --spp".into(),
+            ));
+        }
+        if args.spp.is_some() && is_mlt {
+            return Err(usage(
+                "--spp is for --integrator pt and bdpt; mlt takes --mutations".into(),
+            ));
+        }
+        let budget = if let Some(t) = args.time_limit {
+            Budget::Time(t)
+        } else if let Some(r) = args.rounds {
+            Budget::Rounds(r)
+        } else if is_mlt {
+            let file = scene
+                .settings
+                .mutations
+                .or(scene.settings.spp)
+                .map(f64::from);
+            Budget::PerPixel(args.mutations.or(file).unwrap_or(DEFAULT_MUTATIONS))
+        } else {
+            let file = scene.settings.spp.map(f64::from);
+            Budget::PerPixel(args.spp.map(f64::from).or(file).unwrap_or(DEFAULT_SPP))
+        };
+        let outputs = if args.output.is_empty() {
+            let name = scene
+                .settings
+                .filename
+                .clone()
+                .unwrap_or_else(|| "metrolux.exr".into());
+            vec![PathBuf::from(name)]
+        } else {
+            args.output.clone()
+        };
+        for o in &outputs {
+            let ext = o
+                .extension()
+                .and_then(|e| e.to_str())
+                .unwrap_or("")
+                .to_ascii_lowercase();
+            if ext != "exr" && ext != "png" {
+                return Err(usage(format!(
+                    "cannot write {}: found ending “{ext}”, expected .exr or .png",
+                    o.display()
+                )));
+            }
+        }
+        Ok(Self {
+            integrator,
+            budget,
+            accel: args.accel,
+            lanes: args.lanes.count(),
+            threads: args.threads.unwrap_or(0),
+            outputs,
+        })
+    }
+}
+
+/// Changes the resolution; the field of view of the shorter side and the crop's part of the image stay.
+fn resize(scene: &mut Scene, w: u32, h: u32) {
+    let c = &mut scene.camera;
+    let [ow, oh] = c.resolution;
+    let (sx, sy) = (w as f64 / ow as f64, h as f64 / oh as f64);
+    let scale = |v: u32, s: f64, max: u32| ((v as f64 * s).round() as u32).min(max);
+    c.crop = [
+        scale(c.crop[0], sx, w),
+        scale(c.crop[1], sy, h),
+        scale(c.crop[2], sx, w),
+        scale(c.crop[3], sy, h),
+    ];
+    let old = ow as f32 / oh as f32;
+    let new = w as f32 / h as f32;
+    // pbrt's default window: ±1 on the shorter side, ±aspect on the longer one.
+    let wide = |a: f32| if a > 1.0 { (a, 1.0) } else { (1.0, 1.0 / a) };
+    let ((ox, oy), (nx, ny)) = (wide(old), wide(new));
+    c.screen = [
+        c.screen[0] * nx / ox,
+        c.screen[1] * nx / ox,
+        c.screen[2] * ny / oy,
+        c.screen[3] * ny / oy,
+    ];
+    c.resolution = [w, h];
+}

@@ -1,0 +1,60 @@
+//! The command line: typed arguments → resolved job → work. One file a sub-command.
+
+mod bar;
+mod compare;
+mod error;
+mod job;
+mod manual;
+mod render;
+mod report;
+
+pub use error::CliError;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Metropolis light transport in path space, with spectra, on Embree.
+#[derive(Parser, Debug)]
+#[command(name = "metrolux", version, about, long_about = LONG, after_help = EXIT_CODES)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const LONG: &str = "Renders pictures of scenes whose light is hard to find: a room lit through a door ajar, caustics \
+under glass, a pool in the sun.\n\nReads pbrt-v4 scenes. Results go to files and stdout, progress and messages to stderr.";
+
+const EXIT_CODES: &str = "Exit codes: 0 complete · 1 comparison failed or internal error · 2 usage or scene (do not \
+retry) · 3 finished, but integrity counters tripped · 4 output not writable";
+
+#[derive(Subcommand, Debug)]
+enum Command {
+    /// Render a scene to EXR and PNG
+    Render(Box<render::RenderArgs>),
+    /// Compare an image with a reference
+    Compare(compare::CompareArgs),
+    /// Print shell completions
+    Completions(manual::CompletionsArgs),
+    /// Print the manual page (roff)
+    Man,
+}
+
+/// Runs the command line and says how it went.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let done = match cli.command {
+        Command::Render(args) => render::run(&args),
+        Command::Compare(args) => compare::run(&args, &mut std::io::stdout())
+            .map(ExitCode::from)
+            .map_err(CliError::from),
+        Command::Completions(args) => manual::completions(&args),
+        Command::Man => manual::man(),
+    };
+    match done {
+        Ok(code) => code,
+        Err(e) => {
+            eprintln!("error: {e}");
+            e.exit_code()
+        }
+    }
+}

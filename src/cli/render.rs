@@ -1,0 +1,338 @@
+//! `metrolux render`.
+
+use super::bar::Bar;
+use super::job::Job;
+use super::report::{Report, peak_memory_bytes, processor_seconds};
+use super::{CliError, report};
+use crate::accel::{Accel, Embree, EmbreeOptions, Obvhs};
+use crate::chain::{Direct, MltOptions};
+use crate::integrator::{Bdpt, bdpt, mlt, pt};
+use crate::output::{Image, write_exr, write_png};
+use crate::path::{Heuristic, Tally, World};
+use crate::scene::load::{LoadOptions, load_scene};
+use crate::scene::{IntegratorKind, Scene};
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+/// Integrators by name.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum IntegratorArg {
+    /// Metropolis light transport
+    Mlt,
+    /// Bidirectional path tracing
+    Bdpt,
+    /// Path tracing
+    Pt,
+}
+
+/// Backends by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum AccelArg {
+    /// Intel Embree
+    Embree,
+    /// The pure-Rust obvhs
+    Obvhs,
+}
+
+/// Number of wavelengths a path carries.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum LanesArg {
+    /// 4
+    Auto,
+    /// One wavelength
+    #[value(name = "1")]
+    One,
+    /// Four wavelengths
+    #[value(name = "4")]
+    Four,
+    /// Eight wavelengths
+    #[value(name = "8")]
+    Eight,
+    /// Sixteen wavelengths
+    #[value(name = "16")]
+    Sixteen,
+}
+
+impl LanesArg {
+    /// The number.
+    pub fn count(self) -> usize {
+        match self {
+            Self::One => 1,
+            Self::Auto | Self::Four => 4,
+            Self::Eight => 8,
+            Self::Sixteen => 16,
+        }
+    }
+}
+
+/// Who computes direct light.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum DirectArg {
+    /// A separate pass of stratified sampling
+    Separate,
+    /// The Markov chain
+    Chain,
+}
+
+/// Render a scene to EXR and PNG.
+///
+/// Settings come from the command line, else from the scene file's Film, Integrator and Sampler, else from defaults.
+#[derive(Args, Debug)]
+pub struct RenderArgs {
+    /// pbrt-v4 scene file
+    pub scene: PathBuf,
+    /// File to write, .exr or .png; may be given several times
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Vec<PathBuf>,
+    /// How light is found
+    #[arg(long, value_enum)]
+    pub integrator: Option<IntegratorArg>,
+    /// Who answers rays
+    #[arg(long, value_enum, default_value = "embree")]
+    pub accel: AccelArg,
+    /// Mutations per pixel (mlt)
+    #[arg(long, value_name = "N", value_parser = positive, conflicts_with_all = ["time_limit", "rounds"])]
+    pub mutations: Option<f64>,
+    /// Samples per pixel (pt, bdpt)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), conflicts_with_all = ["time_limit", "rounds", "mutations"])]
+    pub spp: Option<u32>,
+    /// Stop after this much wall time: 30s, 10m, 2h
+    #[arg(long, value_name = "TIME", value_parser = duration, conflicts_with = "rounds")]
+    pub time_limit: Option<Duration>,
+    /// Make exactly this many rounds; stats.json tells how many a time limit allowed
+    #[arg(long, value_name = "R", value_parser = clap::value_parser!(u64).range(1..))]
+    pub rounds: Option<u64>,
+    /// Same seed, same bits, whatever the number of threads
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Worker threads; one per core if not given
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+    /// Image size in pixels
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub resolution: Option<[u32; 2]>,
+    /// Render only these pixels (x1, y1 excluded)
+    #[arg(long, value_name = "x0,y0,x1,y1", value_parser = region)]
+    pub region: Option<[u32; 4]>,
+    /// Most scattering events on a path
+    #[arg(long, value_name = "D")]
+    pub max_depth: Option<u32>,
+    /// Wavelengths carried by a path
+    #[arg(long, value_enum, default_value = "auto")]
+    pub lanes: LanesArg,
+    /// Who computes direct light (mlt)
+    #[arg(long, value_enum, default_value = "separate")]
+    pub direct: DirectArg,
+    /// Exposure of PNG files in stops
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    pub exposure: f32,
+    /// Treat unsupported directives as warnings
+    #[arg(long)]
+    pub lenient: bool,
+    /// Embree's precision; fast may let a ray through an edge
+    #[arg(long, value_enum, default_value = "robust")]
+    pub accel_precision: PrecisionArg,
+    /// Write counters and timings as JSON
+    #[arg(long, value_name = "FILE")]
+    pub stats: Option<PathBuf>,
+    /// No progress bar, no messages but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// Embree's ray-triangle precision.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum PrecisionArg {
+    /// Watertight
+    Robust,
+    /// Faster
+    Fast,
+}
+
+fn positive(s: &str) -> Result<f64, String> {
+    s.parse::<f64>()
+        .ok()
+        .filter(|v| v.is_finite() && *v > 0.0)
+        .ok_or_else(|| "expected a number > 0".into())
+}
+
+fn numbers<const K: usize>(s: &str, sep: char, what: &str) -> Result<[u32; K], String> {
+    let v: Vec<u32> = s
+        .split(sep)
+        .map(|p| p.trim().parse::<u32>())
+        .collect::<Result<_, _>>()
+        .map_err(|_| what)?;
+    v.try_into().map_err(|_| what.to_owned())
+}
+
+fn size(s: &str) -> Result<[u32; 2], String> {
+    let v = numbers::<2>(s, 'x', "expected WIDTHxHEIGHT, such as 640x360")?;
+    if v.iter().all(|n| (1..=65536).contains(n)) {
+        Ok(v)
+    } else {
+        Err("expected 1 to 65536 pixels each way".into())
+    }
+}
+
+fn region(s: &str) -> Result<[u32; 4], String> {
+    numbers::<4>(s, ',', "expected x0,y0,x1,y1 in pixels")
+}
+
+fn duration(s: &str) -> Result<Duration, String> {
+    let wrong = || "expected a time such as 30s, 10m, 1.5h".to_owned();
+    let at = s.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(s.len());
+    let n: f64 = s[..at].trim().parse().map_err(|_| wrong())?;
+    let unit = match &s[at..] {
+        "" | "s" => 1.0,
+        "ms" => 1e-3,
+        "m" | "min" => 60.0,
+        "h" => 3600.0,
+        _ => return Err(wrong()),
+    };
+    let t = n * unit;
+    if t.is_finite() && t > 0.0 {
+        Ok(Duration::from_secs_f64(t))
+    } else {
+        Err(wrong())
+    }
+}
+
+/// Runs the sub-command.
+pub fn run(args: &RenderArgs) -> Result<ExitCode, CliError> {
+    let start = Instant::now();
+    let mut scene = load_scene(
+        &args.scene,
+        &LoadOptions {
+            lenient: args.lenient,
+        },
+    )?;
+    if !args.quiet {
+        scene
+            .warnings
+            .iter()
+            .for_each(|w| eprintln!("warning: {w}"));
+    }
+    let job = Job::new(args, &mut scene)?;
+    for o in &job.outputs {
+        crate::output::check_writable(o)?;
+    }
+    let loaded = start.elapsed();
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(job.threads)
+        .build()
+        .map_err(|e| CliError::Internal(format!("cannot start threads: {e}")))?;
+    let build = Instant::now();
+    let options = EmbreeOptions {
+        robust: args.accel_precision == PrecisionArg::Robust,
+        ..EmbreeOptions::default()
+    };
+    let report = match job.accel {
+        AccelArg::Embree => {
+            let accel = Embree::new(&scene.geometry, options)?;
+            let told = (loaded, build.elapsed(), accel.version());
+            pool.install(|| with_lanes(args, &job, &scene, &accel, told))?
+        }
+        AccelArg::Obvhs => {
+            let accel = Obvhs::new(&scene.geometry);
+            let told = (loaded, build.elapsed(), "not used".to_owned());
+            pool.install(|| with_lanes(args, &job, &scene, &accel, told))?
+        }
+    };
+    let impossible = report.faults_impossible();
+    if impossible > 0 {
+        eprintln!(
+            "error: {impossible} impossible values were met; see the fault counters in the stats"
+        );
+        return Ok(ExitCode::from(3));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Time of loading, time of building, Embree's version.
+pub type Told = (Duration, Duration, String);
+
+fn with_lanes<A: Accel>(
+    args: &RenderArgs,
+    job: &Job,
+    scene: &Scene,
+    accel: &A,
+    told: Told,
+) -> Result<Report, CliError> {
+    match job.lanes {
+        1 => render::<1, A>(args, job, scene, accel, told),
+        4 => render::<4, A>(args, job, scene, accel, told),
+        8 => render::<8, A>(args, job, scene, accel, told),
+        _ => render::<16, A>(args, job, scene, accel, told),
+    }
+}
+
+fn render<const N: usize, A: Accel>(
+    args: &RenderArgs,
+    job: &Job,
+    scene: &Scene,
+    accel: &A,
+    told: Told,
+) -> Result<Report, CliError> {
+    let world = World::new(scene, accel, scene.settings.max_depth);
+    let mut tally = Tally::default();
+    let mut report = Report::new(args.seed, scene, job, told);
+    let bar = Bar::new("rendering", args.quiet);
+    let (start, cpu) = (Instant::now(), processor_seconds());
+    let xyz = match job.integrator {
+        IntegratorKind::Pt => {
+            let (image, spp) = pt::<N, A>(&world, job.budget, args.seed, &bar, &mut tally);
+            report.samples(spp);
+            image
+        }
+        IntegratorKind::Bdpt => {
+            let what = Bdpt {
+                heuristic: Heuristic::Power,
+                indirect_only: false,
+            };
+            let (image, spp) = bdpt::<N, A>(&world, what, job.budget, args.seed, &bar, &mut tally);
+            report.samples(spp);
+            image
+        }
+        IntegratorKind::Mlt => {
+            let direct = match args.direct {
+                DirectArg::Separate => Direct::Separate,
+                DirectArg::Chain => Direct::InChain,
+            };
+            let options = MltOptions {
+                direct,
+                ..MltOptions::default()
+            };
+            let r = mlt::<N, A>(&world, &options, job.budget, args.seed, &bar, &mut tally);
+            report.mlt(&r);
+            r.image
+        }
+    };
+    bar.finish();
+    report.finish(
+        start.elapsed(),
+        processor_seconds() - cpu,
+        peak_memory_bytes(),
+        &tally,
+    );
+    let [x0, y0, x1, y1] = scene.camera.crop;
+    let k = scene.settings.film_scale as f64;
+    let scaled: Vec<[f64; 3]> = xyz.iter().map(|p| p.map(|c| c * k)).collect();
+    let image = Image::from_xyz((x1 - x0) as usize, (y1 - y0) as usize, &scaled);
+    let metadata = report.metadata(scene);
+    for o in &job.outputs {
+        if o.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
+            write_png(o, &image, args.exposure)?;
+        } else {
+            write_exr(o, &image, &metadata, None)?;
+        }
+    }
+    if let Some(path) = &args.stats {
+        report::write_json(path, &report)?;
+    }
+    if !args.quiet {
+        eprintln!("{}", report.summary());
+    }
+    Ok(report)
+}

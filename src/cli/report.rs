@@ -1,0 +1,240 @@
+//! What a render tells about itself: stats.json, EXR metadata, the closing line.
+
+use super::CliError;
+use super::job::Job;
+use super::render::Told;
+use crate::integrator::MltResult;
+use crate::mutation::Strategy;
+use crate::output::{Metadata, Window};
+use crate::path::Tally;
+use crate::scene::Scene;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::time::Duration;
+
+/// stats.json. Times in seconds.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Report {
+    version: &'static str,
+    embree: String,
+    accel: String,
+    integrator: String,
+    seed: u64,
+    scene_hash: String,
+    lanes: usize,
+    threads: usize,
+    resolution: [u32; 2],
+    crop: [u32; 4],
+    max_depth: u32,
+    triangles: usize,
+    load_seconds: f64,
+    build_seconds: f64,
+    wall_seconds: f64,
+    cpu_seconds: f64,
+    peak_memory_bytes: u64,
+    rays_closest: u64,
+    rays_visibility: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    samples_per_pixel: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mlt: Option<MltReport>,
+    faults: BTreeMap<&'static str, u64>,
+}
+
+#[derive(Clone, Debug, Default, Serialize)]
+struct MltReport {
+    rounds: u64,
+    mutations: u64,
+    direct_samples_per_pixel: u64,
+    b: f64,
+    b_standard_error: f64,
+    longest_stay: u64,
+    strategies: BTreeMap<&'static str, StrategyReport>,
+}
+
+#[derive(Clone, Debug, Default, Serialize)]
+struct StrategyReport {
+    proposed: u64,
+    constructed: u64,
+    accepted: u64,
+    acceptance_rate: f64,
+}
+
+impl Report {
+    /// Starts a report with what is known beforehand.
+    pub fn new(seed: u64, scene: &Scene, job: &Job, (load, build, embree): Told) -> Self {
+        Self {
+            version: env!("CARGO_PKG_VERSION"),
+            embree,
+            accel: format!("{:?}", job.accel).to_lowercase(),
+            integrator: format!("{:?}", job.integrator).to_lowercase(),
+            seed,
+            scene_hash: format!("{:016x}", scene.hash),
+            lanes: job.lanes,
+            threads: rayon::current_num_threads(),
+            resolution: scene.camera.resolution,
+            crop: scene.camera.crop,
+            max_depth: scene.settings.max_depth,
+            triangles: scene.geometry.triangles.len(),
+            load_seconds: load.as_secs_f64(),
+            build_seconds: build.as_secs_f64(),
+            ..Self::default()
+        }
+    }
+
+    /// Samples a pixel of pt and bdpt.
+    pub fn samples(&mut self, spp: u64) {
+        self.samples_per_pixel = Some(spp);
+    }
+
+    /// What MLT has to tell.
+    pub fn mlt(&mut self, r: &MltResult) {
+        self.mlt = Some(MltReport {
+            rounds: r.rounds,
+            mutations: r.mutations,
+            direct_samples_per_pixel: r.direct_samples,
+            b: r.b.0,
+            b_standard_error: r.b.1,
+            longest_stay: r.stats.longest_stay,
+            strategies: Strategy::ALL
+                .iter()
+                .zip(r.stats.strategies)
+                .map(|(s, c)| {
+                    let rate = c.accepted as f64 / c.proposed.max(1) as f64;
+                    let r = StrategyReport {
+                        proposed: c.proposed,
+                        constructed: c.constructed,
+                        accepted: c.accepted,
+                        acceptance_rate: rate,
+                    };
+                    (s.name(), r)
+                })
+                .collect(),
+        });
+    }
+
+    /// Times, memory and counters at the end.
+    pub fn finish(&mut self, wall: Duration, cpu: f64, memory: u64, t: &Tally) {
+        self.wall_seconds = wall.as_secs_f64();
+        self.cpu_seconds = cpu;
+        self.peak_memory_bytes = memory;
+        self.rays_closest = t.rays_closest;
+        self.rays_visibility = t.rays_visibility;
+        self.faults = BTreeMap::from([
+            ("hit_clamped", t.hits_clamped),
+            ("nan", t.fault_nan),
+            ("negative", t.fault_negative),
+            ("infinite", t.fault_infinite),
+            ("zero_density", t.fault_zero_density),
+        ]);
+    }
+
+    /// Faults that must not happen.
+    pub fn faults_impossible(&self) -> u64 {
+        self.faults
+            .iter()
+            .filter(|(k, _)| **k != "hit_clamped")
+            .map(|(_, v)| v)
+            .sum()
+    }
+
+    /// What goes into an EXR's header.
+    pub fn metadata(&self, scene: &Scene) -> Metadata {
+        let [w, h] = scene.camera.resolution.map(|v| v as usize);
+        let origin = [self.crop[0] as i32, self.crop[1] as i32];
+        let faults = serde_json::to_string(&self.faults).unwrap_or_default();
+        let mut counters = vec![
+            ("integrator".to_owned(), self.integrator.clone()),
+            ("faults".to_owned(), faults),
+            (
+                "rays".to_owned(),
+                (self.rays_closest + self.rays_visibility).to_string(),
+            ),
+        ];
+        if let Some(m) = &self.mlt {
+            counters.push(("rounds".into(), m.rounds.to_string()));
+            counters.push(("mutations".into(), m.mutations.to_string()));
+        }
+        if let Some(s) = self.samples_per_pixel {
+            counters.push(("samplesPerPixel".into(), s.to_string()));
+        }
+        Metadata {
+            scene_hash: scene.hash,
+            seed: self.seed,
+            b: self.mlt.as_ref().map(|m| m.b),
+            b_standard_error: self.mlt.as_ref().map(|m| m.b_standard_error),
+            counters,
+            window: Some(Window {
+                origin,
+                full: [w, h],
+            }),
+        }
+    }
+
+    /// One line for a person.
+    pub fn summary(&self) -> String {
+        let rays = (self.rays_closest + self.rays_visibility) as f64 / self.wall_seconds / 1e6;
+        match &self.mlt {
+            Some(m) => format!(
+                "{} in {:.1} s: {:.1} M mutations ({:.2} M/s), {rays:.2} M rays/s, b = {:.4e} ± {:.1} %",
+                self.integrator,
+                self.wall_seconds,
+                m.mutations as f64 / 1e6,
+                m.mutations as f64 / 1e6 / self.wall_seconds,
+                m.b,
+                100.0 * m.b_standard_error / m.b.max(f64::MIN_POSITIVE)
+            ),
+            None => format!(
+                "{} in {:.1} s: {} samples per pixel, {rays:.2} M rays/s",
+                self.integrator,
+                self.wall_seconds,
+                self.samples_per_pixel.unwrap_or(0)
+            ),
+        }
+    }
+}
+
+/// Writes the report as JSON, atomically.
+pub fn write_json(path: &Path, report: &Report) -> Result<(), CliError> {
+    let text =
+        serde_json::to_string_pretty(report).map_err(|e| CliError::Internal(e.to_string()))?;
+    crate::output::write_atomic(path, (text + "\n").as_bytes())?;
+    Ok(())
+}
+
+/// Seconds of processor time this process has used so far (all threads); 0 where the system does not tell.
+pub fn processor_seconds() -> f64 {
+    let Ok(stat) = std::fs::read_to_string("/proc/self/schedstat") else {
+        return 0.0;
+    };
+    let own = stat
+        .split_whitespace()
+        .next()
+        .and_then(|v| v.parse::<f64>().ok())
+        .unwrap_or(0.0);
+    // schedstat of the process is its first thread's; the others stand under task/.
+    let tasks = std::fs::read_dir("/proc/self/task")
+        .into_iter()
+        .flatten()
+        .flatten();
+    let all: f64 = tasks
+        .filter_map(|t| std::fs::read_to_string(t.path().join("schedstat")).ok())
+        .filter_map(|s| {
+            s.split_whitespace()
+                .next()
+                .and_then(|v| v.parse::<f64>().ok())
+        })
+        .sum();
+    all.max(own) * 1e-9
+}
+
+/// Peak resident memory of this process; 0 where the system does not tell.
+pub fn peak_memory_bytes() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    status
+        .lines()
+        .find_map(|l| l.strip_prefix("VmHWM:"))
+        .and_then(|l| l.split_whitespace().next()?.parse::<u64>().ok())
+        .map_or(0, |kb| kb * 1024)
+}

@@ -1,0 +1,63 @@
+//! The pixel rectangle a film covers.
+
+use glam::Vec2;
+
+/// A half-open rectangle of pixels of the full image; pixel (x, y) covers `[x, x+1) × [y, y+1)` of the raster.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Crop {
+    /// First column.
+    pub x0: u32,
+    /// First row.
+    pub y0: u32,
+    /// One past the last column.
+    pub x1: u32,
+    /// One past the last row.
+    pub y1: u32,
+}
+
+impl From<[u32; 4]> for Crop {
+    /// From x0, y0, x1, y1, as the camera stores it. An end before its start makes an empty rectangle.
+    fn from([x0, y0, x1, y1]: [u32; 4]) -> Self {
+        Self {
+            x0,
+            y0,
+            x1: x1.max(x0),
+            y1: y1.max(y0),
+        }
+    }
+}
+
+impl Crop {
+    /// Columns.
+    pub fn width(&self) -> usize {
+        (self.x1 - self.x0) as usize
+    }
+
+    /// Rows.
+    pub fn height(&self) -> usize {
+        (self.y1 - self.y0) as usize
+    }
+
+    /// Pixels.
+    pub fn pixels(&self) -> usize {
+        self.width() * self.height()
+    }
+
+    /// Row-major index of an image pixel, if inside.
+    #[inline]
+    pub fn index(&self, x: i64, y: i64) -> Option<usize> {
+        let (cx, cy) = (x - self.x0 as i64, y - self.y0 as i64);
+        (cx >= 0 && cy >= 0 && cx < self.width() as i64 && cy < self.height() as i64)
+            .then(|| cy as usize * self.width() + cx as usize)
+    }
+
+    /// The raster domain: lower and upper corner of the crop dilated by a filter's radius. Every point that can touch a
+    /// pixel of the crop lies inside.
+    pub fn domain(&self, radius: [f32; 2]) -> (Vec2, Vec2) {
+        let r = Vec2::from(radius) - 0.5;
+        (
+            Vec2::new(self.x0 as f32, self.y0 as f32) - r.max(Vec2::ZERO),
+            Vec2::new(self.x1 as f32, self.y1 as f32) + r.max(Vec2::ZERO),
+        )
+    }
+}

@@ -1,0 +1,21 @@
+//! The film: pixel filter and sums. Sums are exact under reordering, so an image does not depend on how the work was cut.
+//!
+//! Three kinds of contributions, three kinds of sums: Markov-chain splats are bounded and go through [`SplatBuffer`]
+//! (64-bit fixed point), light-tracing splats have any size and go through [`WideBuffer`] (128-bit), camera samples belong
+//! to a pixel and are summed in order by its owner in [`PixelSums`].
+
+mod crop;
+mod exact;
+mod filter;
+mod pixels;
+mod reserve;
+mod spectral;
+mod splat;
+
+pub use crop::Crop;
+pub use exact::{Fault, Film, FixedWeight, WideBuffer};
+pub use filter::Filter;
+pub use pixels::{PixelSum, PixelSums};
+pub use reserve::Reserve;
+pub use spectral::{Bins, SpectralBuffer, SpectralFilm};
+pub use splat::SplatBuffer;

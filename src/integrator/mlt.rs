@@ -1,0 +1,80 @@
+//! Metropolis light transport: chains for what is hard, a stratified pass for direct light.
+
+use super::pt::add_samples;
+use super::{Budget, CameraPass, Clock, Paths, Progress};
+use crate::accel::Accel;
+use crate::chain::{ChainStats, Direct, Mlt, MltOptions, stage};
+use crate::path::{Tally, World};
+
+/// What a run gave.
+pub struct MltResult {
+    /// XYZ of each pixel of the crop.
+    pub image: Vec<[f64; 3]>,
+    /// Rounds made.
+    pub rounds: u64,
+    /// Mutations made.
+    pub mutations: u64,
+    /// Samples a pixel of the direct pass.
+    pub direct_samples: u64,
+    /// b (mean over the raster domain, per px²) and its standard error.
+    pub b: (f64, f64),
+    /// Counters of the chains.
+    pub stats: ChainStats,
+}
+
+/// Renders by Metropolis light transport.
+pub fn mlt<const N: usize, A: Accel>(
+    world: &World<A>,
+    options: &MltOptions,
+    budget: Budget,
+    seed: u64,
+    progress: &dyn Progress,
+    tally: &mut Tally,
+) -> MltResult {
+    let crop = world.scene.camera.crop;
+    let pixels = (crop[2] - crop[0]) as u64 * (crop[3] - crop[1]) as u64;
+    let mut run = Mlt::<A, N>::new(world, *options, seed);
+    let mut direct = CameraPass::new(world, stage::DIRECT, seed);
+    let clock = Clock::new(budget, |n| options.rounds_for(n, pixels));
+    // A function of the rounds alone, so that a longer run repeats a shorter one.
+    let direct_for = |rounds: u64| {
+        let per_pixel = (rounds * options.mutations_per_round()) as f64 / pixels as f64;
+        (per_pixel * options.direct_per_mutation).ceil() as u64
+    };
+    loop {
+        let more = clock.next(run.rounds, options.rounds_per_generation as u64);
+        if more == 0 {
+            break;
+        }
+        run.run(more);
+        if options.direct == Direct::Separate {
+            add_samples::<N, A>(
+                world,
+                &mut direct,
+                direct_for(run.rounds),
+                Paths::Direct,
+                tally,
+            );
+        }
+        progress.update(clock.fraction(run.rounds));
+    }
+    let mut image = run.image();
+    for (p, d) in image.iter_mut().zip(direct.image()) {
+        for c in 0..3 {
+            p[c] += d[c];
+        }
+    }
+    let stats = run.stats();
+    *tally += stats.tally;
+    *tally += run.seeding;
+    let (b, se) = run.brightness();
+    let a = world.lens.raster_area;
+    MltResult {
+        image,
+        rounds: run.rounds,
+        mutations: run.mutations(),
+        direct_samples: direct.samples,
+        b: (b / a, se / a),
+        stats,
+    }
+}

@@ -1,0 +1,80 @@
+//! How long a render may go on, and who is told how far it is.
+
+use std::time::{Duration, Instant};
+
+/// When to stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Budget {
+    /// Samples or mutations for each pixel of the crop.
+    PerPixel(f64),
+    /// Rounds: all chains' fixed number of steps, or one sample a pixel.
+    Rounds(u64),
+    /// Wall time; stops at the end of the round that passes it.
+    Time(Duration),
+}
+
+/// Hears how far a render is.
+pub trait Progress: Sync {
+    /// `done` runs from 0 to 1.
+    fn update(&self, done: f64);
+}
+
+/// Hears nothing.
+pub struct Quiet;
+
+impl Progress for Quiet {
+    fn update(&self, _done: f64) {}
+}
+
+/// Decides round by round.
+pub struct Clock {
+    start: Instant,
+    limit: Option<Duration>,
+    rounds: Option<u64>,
+}
+
+impl Clock {
+    /// A clock that starts now. `rounds_for` turns a number per pixel into rounds.
+    pub fn new(budget: Budget, rounds_for: impl Fn(f64) -> u64) -> Self {
+        let (limit, rounds) = match budget {
+            Budget::PerPixel(n) => (None, Some(rounds_for(n))),
+            Budget::Rounds(r) => (None, Some(r)),
+            Budget::Time(t) => (Some(t), None),
+        };
+        Self {
+            start: Instant::now(),
+            limit,
+            rounds,
+        }
+    }
+
+    /// How many rounds to do at once after `done` of them: few enough to keep the time limit and the progress bar
+    /// honest, at most `most`. 0 when it is time to stop; at least one round is always made.
+    pub fn next(&self, done: u64, most: u64) -> u64 {
+        if let Some(r) = self.rounds {
+            return (r - done.min(r)).min(most).min(r.div_ceil(100).max(1));
+        }
+        let limit = self.limit.unwrap_or(Duration::ZERO).as_secs_f64();
+        let spent = self.start.elapsed().as_secs_f64();
+        if done == 0 {
+            return 1;
+        }
+        if spent >= limit {
+            return 0;
+        }
+        let each = spent / done as f64;
+        (((limit - spent) / each / 4.0) as u64)
+            .clamp(1, most)
+            .min((0.5 / each) as u64 + 1)
+    }
+
+    /// Part of the budget that is used after `done` rounds.
+    pub fn fraction(&self, done: u64) -> f64 {
+        let f = match (self.rounds, self.limit) {
+            (Some(r), _) => done as f64 / r.max(1) as f64,
+            (_, Some(l)) => self.start.elapsed().as_secs_f64() / l.as_secs_f64().max(1e-9),
+            _ => 1.0,
+        };
+        f.min(1.0)
+    }
+}

@@ -1,0 +1,114 @@
+//! Lens perturbation: moves the raster point a little and follows the specular chain again (Veach 11.4.3.1).
+//!
+//! Suited to (L|D)DS*E, and to LS*E where the chain owns it. The distance moved is R = r2·exp(−ln(r2/r1)·U) at a uniform
+//! angle: symmetric in the raster measure. With y_{m+1} … y_{k−1} the new vertices, the density of T in the area measure
+//! is that of the raster point times Π p^E/P(mode), so the ratio is
+//!
+//! τ(y)·Π G/(p^E/P) over the same of x.
+
+use super::{Context, Workspace};
+use crate::accel::Accel;
+use crate::path::{Ends, Kind, Path, Pool, deflect, trace};
+use crate::scatter::{Mode, Transport};
+use glam::Vec2;
+
+/// Smallest distance moved, pixels.
+const R1: f32 = 0.1;
+/// Area of the disk of largest distance, as part of the image.
+const R2_AREA: f64 = 0.05;
+
+/// See the module.
+pub struct LensPerturbation;
+
+impl LensPerturbation {
+    /// Index of the first vertex that is replaced, if x has the form this strategy suits.
+    #[inline]
+    pub fn suits<const N: usize>(x: &Path<N>, pool: &Pool<N>) -> Option<usize> {
+        let mut j = x.k() - 1;
+        while j > 0 && x.links[j].mode != Mode::NonSpecular {
+            j -= 1;
+        }
+        if j == 0 {
+            // LS*E: the retraced chain must end on the emitter.
+            return crate::path::Emitters::can_be_hit(pool.get(x.slots[0])).then_some(0);
+        }
+        (j == 1 || x.links[j - 1].mode == Mode::NonSpecular).then_some(j)
+    }
+
+    /// Proposes y in `ws.y`; see [`super`].
+    pub fn propose<const N: usize, A: Accel>(
+        x: &mut Path<N>,
+        ws: &mut Workspace<N>,
+        ctx: &mut Context<A>,
+    ) -> Option<f64> {
+        let world = ctx.world;
+        let first = Self::suits(x, &ws.pool)?;
+        let k = x.k();
+        let r2 = (R2_AREA * world.lens.image_area / std::f64::consts::PI).sqrt() as f32;
+        let r = r2 * (-(r2 / R1).max(1.0).ln() * ctx.rng.next_f32()).exp();
+        let (sin, cos) = (2.0 * std::f32::consts::PI * ctx.rng.next_f32()).sin_cos();
+        let raster = x.raster + Vec2::new(cos, sin) * r;
+        if !world.lens.contains(raster) {
+            return None;
+        }
+        ws.ends = Ends {
+            light: first,
+            eye: 1,
+        };
+        let mut cur = *ws.pool.get(x.slots[k]);
+        let mut w = world.lens.direction(cur.p, raster);
+        for i in (first..k).rev() {
+            let next = trace(world, &cur, w, &x.lanes, ctx.tally)?;
+            let mode = x.links[i].mode;
+            if next.kind != Kind::Surface && i > 0 {
+                return None;
+            }
+            let slot = ws.put(next);
+            ws.from_eye.push((slot, mode));
+            if i > first {
+                w = deflect(&next, -w, mode, Transport::FromEye)?;
+            } else if i > 0 && !next.bsdf.has_non_specular() {
+                return None;
+            }
+            cur = next;
+        }
+        while let Some(v) = ws.from_eye.pop() {
+            ws.inner.push(v);
+        }
+        let inner = std::mem::take(&mut ws.inner);
+        ws.y.splice(x, ws.ends, &inner);
+        ws.inner = inner;
+        if first == 0 && !crate::path::Emitters::can_be_hit(ws.pool.get(ws.y.slots[0])) {
+            return None;
+        }
+        let y = &mut ws.y;
+        y.relink(world, &ws.pool, first.saturating_sub(1), k);
+        if !ctx.carries(y, &ws.pool) {
+            return None;
+        }
+        if first > 0 && !y.edge_visible(world, &ws.pool, first - 1, ctx.tally) {
+            return None;
+        }
+        let scale = 2f64.powi(y.shape_exp - x.shape_exp);
+        Some(changed(y, first) / changed(x, first) * scale)
+    }
+}
+
+/// τ of all spectra times what else of f/T belongs to the replaced part.
+fn changed<const N: usize>(p: &Path<N>, first: usize) -> f64 {
+    let k = p.k();
+    let l = &p.links;
+    let mut c = p.shape_tau;
+    if first > 0 {
+        c *= l[first - 1].g;
+    }
+    for j in first..k {
+        let chosen = if j + 1 < k {
+            l[j + 1].prob_e as f64
+        } else {
+            1.0
+        };
+        c *= l[j].g * chosen / l[j].pe;
+    }
+    c
+}

@@ -1,0 +1,129 @@
+//! Mutation strategies, one a file. Each changes a path and knows the density of what it does.
+//!
+//! A strategy proposes y from x and returns `T(y→x)·τ(y) / (T(x→y)·τ(x))` without the probability of choosing the
+//! strategy itself, which the chain knows.
+
+mod bidirectional;
+mod lens;
+mod wavelength;
+
+pub use bidirectional::Bidirectional;
+pub use lens::LensPerturbation;
+pub use wavelength::Wavelength;
+
+use crate::accel::Accel;
+use crate::path::{Ends, Path, Pool, Tally, Vertex, World};
+use crate::sampling::Rng;
+use crate::scatter::Mode;
+
+/// The strategies, in the order in which statistics list them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Strategy {
+    /// Replaces a sub-path (Veach 11.4.2).
+    Bidirectional,
+    /// Moves the raster point a little (Veach 11.4.3.1).
+    Lens,
+    /// Redraws the wavelengths.
+    Wavelength,
+}
+
+impl Strategy {
+    /// All strategies.
+    pub const ALL: [Self; 3] = [Self::Bidirectional, Self::Lens, Self::Wavelength];
+
+    /// Name as used on the command line and in statistics.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Bidirectional => "bidirectional",
+            Self::Lens => "lens",
+            Self::Wavelength => "wavelength",
+        }
+    }
+}
+
+/// What a strategy works on.
+pub struct Workspace<const N: usize> {
+    /// Vertices of both paths.
+    pub pool: Pool<N>,
+    /// The proposal.
+    pub y: Path<N>,
+    /// New vertices of the proposal in path order, with their modes.
+    pub inner: Vec<(u16, Mode)>,
+    /// New vertices found from the eye side, last first.
+    pub from_eye: Vec<(u16, Mode)>,
+    /// Slots taken by this proposal.
+    pub fresh: Vec<u16>,
+    /// Which ends of x the proposal keeps.
+    pub ends: Ends,
+}
+
+impl<const N: usize> Workspace<N> {
+    /// Room for paths of at most `max_edges` edges.
+    pub fn new(max_edges: usize) -> Self {
+        Self {
+            pool: Pool::new(3 * max_edges + 9),
+            y: Path::new(max_edges, crate::scene::spectrum::Lanes::new(0.0)),
+            inner: Vec::with_capacity(max_edges + 3),
+            from_eye: Vec::with_capacity(max_edges + 3),
+            fresh: Vec::with_capacity(2 * max_edges + 6),
+            ends: Ends { light: 0, eye: 0 },
+        }
+    }
+
+    /// Forgets the last proposal's scratch.
+    #[inline]
+    pub fn begin(&mut self) {
+        self.inner.clear();
+        self.from_eye.clear();
+        self.fresh.clear();
+    }
+
+    /// Takes a slot for a vertex of the proposal.
+    #[inline]
+    pub fn put(&mut self, v: Vertex<N>) -> u16 {
+        let slot = self.pool.put(v);
+        self.fresh.push(slot);
+        slot
+    }
+
+    /// The proposal is dropped.
+    #[inline]
+    pub fn reject(&mut self) {
+        self.pool.release(&self.fresh);
+        self.fresh.clear();
+    }
+
+    /// The proposal becomes the current path `x`.
+    #[inline]
+    pub fn accept(&mut self, x: &mut Path<N>) {
+        let old = self.ends.light..x.slots.len() - self.ends.eye;
+        self.pool.release(&x.slots[old]);
+        self.fresh.clear();
+        std::mem::swap(x, &mut self.y);
+    }
+}
+
+/// Everything a proposal may look at besides the path itself.
+pub struct Context<'a, A: Accel> {
+    /// The scene.
+    pub world: &'a World<'a, A>,
+    /// Random numbers of this step.
+    pub rng: &'a mut Rng,
+    /// Counters.
+    pub tally: &'a mut Tally,
+    /// Paths of the direct-lighting pass are not the chain's.
+    pub indirect_only: bool,
+    /// p_d2 is importance-sampled (Veach 11.5.4); otherwise 1.
+    pub weigh_deletions: bool,
+}
+
+impl<A: Accel> Context<'_, A> {
+    /// What every proposal needs at last: it is the chain's, carries light, lies on the raster.
+    #[inline]
+    pub fn carries<const N: usize>(&self, y: &mut Path<N>, pool: &Pool<N>) -> bool {
+        !(self.indirect_only && y.is_direct())
+            && self.world.lens.contains(y.raster)
+            && y.measure(pool)
+    }
+}

@@ -1,0 +1,72 @@
+//! Files that appear whole or not at all.
+
+use super::ImageError;
+use std::io::{self, Write};
+use std::path::Path;
+
+/// Writes a file under a temporary name in the target's folder, syncs it and renames it over the target.
+pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
+    put(path, bytes).map_err(|source| ImageError::NotWritable {
+        path: path.into(),
+        source,
+    })
+}
+
+/// Finds out before a long render whether a file can be written where `path` lies; leaves nothing behind.
+pub fn check_writable(path: &Path) -> Result<(), ImageError> {
+    let folder = match path.parent() {
+        Some(p) if !p.as_os_str().is_empty() => p,
+        _ => Path::new("."),
+    };
+    std::fs::create_dir_all(folder)
+        .and_then(|()| tempfile::tempfile_in(folder).map(drop))
+        .map_err(|source| ImageError::NotWritable {
+            path: path.into(),
+            source,
+        })
+}
+
+fn put(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let folder = match path.parent() {
+        Some(p) if !p.as_os_str().is_empty() => p,
+        _ => Path::new("."),
+    };
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".metrolux-").suffix(".part");
+    // Temporary files are private by default; the final file should follow the umask like any other.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut file = builder.tempfile_in(folder)?;
+    file.write_all(bytes)?;
+    file.as_file().sync_all()?;
+    file.persist(path).map_err(|e| e.error)?;
+    // The rename itself must reach the disk. Not every file system lets a folder be opened and synced.
+    if let Ok(dir) = std::fs::File::open(folder) {
+        let _ = dir.sync_all();
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn replaces_whole_files_and_leaves_nothing_else() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a.bin");
+        write_atomic(&path, b"one").unwrap();
+        write_atomic(&path, b"two").unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), b"two");
+        assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_missing_folder_is_the_outputs_fault() {
+        let dir = tempfile::tempdir().unwrap();
+        let e = write_atomic(&dir.path().join("no/such/a.exr"), b"x").unwrap_err();
+        assert_eq!(e.exit_code(), 4);
+        // A folder in the target's place.
+        assert!(write_atomic(dir.path(), b"x").is_err());
+    }
+}

@@ -1,0 +1,434 @@
+//! A path as indices into a pool of vertices, with its links and the densities of all its bidirectional strategies.
+
+use super::{Emitters, Link, Vertex, World, scatter_terms};
+use crate::accel::Accel;
+use crate::scatter::Mode;
+use crate::scene::spectrum::{Lanes, Spectrum};
+use glam::Vec2;
+use std::ops::Range;
+
+/// Which of the ends of a path were replaced: how many vertices are kept on either side.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Ends {
+    /// Kept vertices x0 … x_l on the light side: l + 1.
+    pub light: usize,
+    /// Kept vertices x_m … xk on the eye side: k + 1 − m.
+    pub eye: usize,
+}
+
+/// Vertices shared by the paths of one chain.
+pub struct Pool<const N: usize> {
+    slots: Vec<Vertex<N>>,
+    free: Vec<u16>,
+}
+
+impl<const N: usize> Pool<N> {
+    /// Room for `capacity` vertices.
+    pub fn new(capacity: usize) -> Self {
+        let blank = Vertex::bare(
+            super::Kind::Point,
+            glam::Vec3::ZERO,
+            glam::Vec3::ZERO,
+            crate::scene::NONE,
+        );
+        Self {
+            slots: vec![blank; capacity],
+            free: (0..capacity as u16).rev().collect(),
+        }
+    }
+
+    /// Stores a vertex.
+    #[inline]
+    pub fn put(&mut self, v: Vertex<N>) -> u16 {
+        let i = self
+            .free
+            .pop()
+            .expect("a pool holds two paths of the greatest length");
+        self.slots[i as usize] = v;
+        i
+    }
+
+    /// Gives slots back.
+    #[inline]
+    pub fn release(&mut self, slots: &[u16]) {
+        self.free.extend_from_slice(slots);
+    }
+
+    /// The vertex in a slot.
+    #[inline]
+    pub fn get(&self, i: u16) -> &Vertex<N> {
+        &self.slots[i as usize]
+    }
+
+    /// Gives all slots back.
+    pub fn reset(&mut self) {
+        self.free.clear();
+        self.free.extend((0..self.slots.len() as u16).rev());
+    }
+
+    /// Number of free slots.
+    pub fn free_slots(&self) -> usize {
+        self.free.len()
+    }
+}
+
+/// p_d1: the probability weight of deleting a sub-path of `d` ≥ 1 edges (Veach 11.4.2).
+#[inline]
+pub fn deletion_length(d: usize) -> f64 {
+    match d {
+        1 => 0.25,
+        2 => 0.5,
+        _ => 0.5f64.powi(d as i32),
+    }
+}
+
+/// A path x0 … xk.
+#[derive(Clone, Debug)]
+pub struct Path<const N: usize> {
+    /// Pool slots of x0 … xk.
+    pub slots: Vec<u16>,
+    /// Links, parallel to `slots`.
+    pub links: Vec<Link<N>>,
+    /// Wavelengths.
+    pub lanes: Lanes<N>,
+    /// Π f_s, scaled by 2^−shape_exp.
+    pub shape: Spectrum<N>,
+    /// Binary exponent of `shape`.
+    pub shape_exp: i32,
+    /// τ(shape).
+    pub shape_tau: f64,
+    /// Raster point.
+    pub raster: Vec2,
+    /// p_{s,k+1−s} up to a common factor, s = 0 … k+1; 0 where the strategy cannot make this path.
+    pub rho: Vec<f64>,
+    /// Prefix sums of `rho`: `sum[j] = Σ_{s<j} rho[s]`.
+    pub sum: Vec<f64>,
+    /// τ of the unweighted contribution C*_{s,t} is `total / rho[s]`.
+    pub total: f64,
+    /// `deletion[d]`: Σ over all sub-paths of d edges of p_d1·p_d2 (Veach 11.4.2 and 11.5.4), index 0 unused.
+    pub deletion: Vec<f64>,
+    /// Sum of `deletion`.
+    pub deletion_sum: f64,
+    /// `rho`, `sum` and `total` are those of this path.
+    pub known: bool,
+}
+
+impl<const N: usize> Path<N> {
+    /// An empty path with room for `max_edges` edges.
+    pub fn new(max_edges: usize, lanes: Lanes<N>) -> Self {
+        Self {
+            slots: Vec::with_capacity(max_edges + 1),
+            links: Vec::with_capacity(max_edges + 1),
+            lanes,
+            shape: Spectrum::ZERO,
+            shape_exp: 0,
+            shape_tau: 0.0,
+            raster: Vec2::ZERO,
+            rho: Vec::with_capacity(max_edges + 2),
+            sum: Vec::with_capacity(max_edges + 3),
+            total: 0.0,
+            deletion: Vec::with_capacity(max_edges + 3),
+            deletion_sum: 0.0,
+            known: false,
+        }
+    }
+
+    /// An empty path with the same wavelengths and room for `max_edges` edges.
+    pub fn clone_capacity(&self, max_edges: usize) -> Self {
+        Self::new(max_edges, self.lanes)
+    }
+
+    /// Becomes a copy of `o`, slots and all, without allocating.
+    pub fn copy_from(&mut self, o: &Self) {
+        self.slots.clone_from(&o.slots);
+        self.links.clone_from(&o.links);
+        self.rho.clone_from(&o.rho);
+        self.sum.clone_from(&o.sum);
+        self.deletion.clone_from(&o.deletion);
+        self.lanes = o.lanes;
+        self.shape = o.shape;
+        self.shape_exp = o.shape_exp;
+        self.shape_tau = o.shape_tau;
+        self.raster = o.raster;
+        self.total = o.total;
+        self.deletion_sum = o.deletion_sum;
+        self.known = o.known;
+    }
+
+    /// Number of edges k.
+    #[inline]
+    pub fn k(&self) -> usize {
+        self.slots.len() - 1
+    }
+
+    /// Forgets all vertices.
+    pub fn clear(&mut self) {
+        self.slots.clear();
+        self.links.clear();
+        self.known = false;
+    }
+
+    /// Appends a vertex with its scattering mode.
+    #[inline]
+    pub fn push(&mut self, slot: u16, mode: Mode) {
+        self.slots.push(slot);
+        self.links.push(Link {
+            mode,
+            ..Link::default()
+        });
+    }
+
+    /// Becomes a copy of `x` with `inner` in place of everything between the kept ends; links of the ends are copied,
+    /// the modes of new vertices are given, [`Self::relink`] does the rest.
+    #[inline]
+    pub fn splice(&mut self, x: &Self, ends: Ends, inner: &[(u16, Mode)]) {
+        self.clear();
+        self.lanes = x.lanes;
+        self.raster = x.raster;
+        self.slots.extend_from_slice(&x.slots[..ends.light]);
+        self.links.extend_from_slice(&x.links[..ends.light]);
+        for &(slot, mode) in inner {
+            self.push(slot, mode);
+        }
+        let from = x.slots.len() - ends.eye;
+        self.slots.extend_from_slice(&x.slots[from..]);
+        self.links.extend_from_slice(&x.links[from..]);
+    }
+
+    /// Recomputes edges between vertices `a` … `b` and the scattering at each of them.
+    #[inline]
+    pub fn relink<A: Accel>(&mut self, world: &World<A>, pool: &Pool<N>, a: usize, b: usize) {
+        self.relink_parts(world, pool, a..b, a..b + 1);
+    }
+
+    /// Recomputes the edges i → i+1 for i in `edges` and the scattering at the vertices `inner`.
+    #[inline]
+    pub fn relink_parts<A: Accel>(
+        &mut self,
+        world: &World<A>,
+        pool: &Pool<N>,
+        edges: Range<usize>,
+        inner: Range<usize>,
+    ) {
+        for i in edges {
+            self.edge(pool, i);
+        }
+        for i in inner {
+            self.scatter(world, pool, i);
+        }
+    }
+
+    fn edge(&mut self, pool: &Pool<N>, i: usize) {
+        let (p, q) = (pool.get(self.slots[i]), pool.get(self.slots[i + 1]));
+        let (dir, d2) = p.towards(q);
+        let link = &mut self.links[i];
+        link.dir = dir;
+        link.d2 = d2;
+        link.g = p.cos(dir) * q.cos(dir) / d2;
+    }
+
+    fn scatter<A: Accel>(&mut self, world: &World<A>, pool: &Pool<N>, i: usize) {
+        let k = self.k();
+        let x = pool.get(self.slots[i]);
+        if i == 0 {
+            let dir = self.links[0].dir;
+            let next = pool.get(self.slots[1]);
+            let pdf = world.emitters.pdf_direction(world.scene, x, dir);
+            let link = &mut self.links[0];
+            link.fs = world.emitters.radiance(world.scene, &self.lanes, x, dir);
+            link.pl = world.emitters.pdf_point(world.scene, x);
+            let d2 = link.d2;
+            self.links[1].pl = if k > 1 { pdf * next.cos(dir) / d2 } else { 0.0 };
+        } else if i == k {
+            let e = self.links[k - 1];
+            let prev = pool.get(self.slots[k - 1]);
+            let cos = x.cos(e.dir);
+            self.links[k].fs = Spectrum::splat(world.lens.importance(cos) as f32);
+            self.links[k].pe = world.lens.pdf_vertex();
+            self.links[k - 1].pe = if k > 1 || Emitters::can_be_hit(prev) {
+                world.lens.raster_per_solid_angle(cos) / world.lens.raster_area * prev.cos(e.dir)
+                    / e.d2
+            } else {
+                0.0
+            };
+            self.raster = world.lens.raster(x.p, -e.dir).unwrap_or(Vec2::NEG_INFINITY);
+        } else {
+            let (e0, e1) = (self.links[i - 1], self.links[i]);
+            let (prev, next) = (pool.get(self.slots[i - 1]), pool.get(self.slots[i + 1]));
+            let t = scatter_terms(x, e1.mode, -e0.dir, e1.dir);
+            let link = &mut self.links[i];
+            link.fs = t.fs;
+            link.prob_l = t.prob_l;
+            link.prob_e = t.prob_e;
+            // The lens is not a surface that a light sub-path could hit.
+            self.links[i + 1].pl = if i + 1 < k {
+                t.pdf_l * next.cos(e1.dir) / e1.d2
+            } else {
+                0.0
+            };
+            self.links[i - 1].pe = if i > 1 || Emitters::can_be_hit(prev) {
+                t.pdf_e * prev.cos(e0.dir) / e0.d2
+            } else {
+                0.0
+            };
+        }
+    }
+
+    /// Multiplies the spectra of all vertices. False if the path carries nothing in any lane.
+    #[inline]
+    pub fn measure(&mut self, pool: &Pool<N>) -> bool {
+        let mut s = Spectrum::ONE;
+        let mut exp = 0;
+        for (i, link) in self.links.iter().enumerate() {
+            s *= link.fs;
+            // Powers of two only, so that scaling rounds nothing.
+            if i & 1 == 1 {
+                let m = s.max();
+                if m < 1e-12 {
+                    if m <= 0.0 {
+                        return false;
+                    }
+                    s = s * (1u64 << 40) as f32;
+                    exp -= 40;
+                } else if m > 1e12 {
+                    s = s * (1.0 / (1u64 << 40) as f32);
+                    exp += 40;
+                }
+            }
+        }
+        if N > 1 && self.slots.iter().any(|&v| pool.get(v).bsdf.is_dispersive()) {
+            let hero = s[0] * N as f32;
+            s = Spectrum::ZERO;
+            s.0[0] = hero;
+        }
+        self.shape = s;
+        self.shape_exp = exp;
+        self.shape_tau = s.dot(self.lanes.target) as f64;
+        self.known = false;
+        self.shape_tau > 0.0
+    }
+
+    /// XYZ of f / τ(f): what a chain splats.
+    #[inline]
+    pub fn color(&self) -> [f32; 3] {
+        let inv = 1.0 / self.shape_tau as f32;
+        self.lanes.xyz.map(|w| self.shape.dot(w) * inv)
+    }
+
+    /// Computes `rho`, `sum` and `total`. False if no strategy can make this path.
+    #[inline]
+    pub fn strategies(&mut self) -> bool {
+        if self.known {
+            return self.sum[self.links.len() + 1] > 0.0;
+        }
+        let k = self.k();
+        // The first strategy whose eye part has positive density; going up from it divides by positive numbers only.
+        let mut first = k + 1;
+        while first > 0 && self.links[first - 1].pe > 0.0 {
+            first -= 1;
+        }
+        let mut possible = self.links[..first].iter().all(|l| l.pl > 0.0);
+        self.rho.clear();
+        self.rho.resize(first, 0.0);
+        let mut p = if possible { 1.0 } else { 0.0 };
+        let mut scale = 1.0f64;
+        for s in first..=k + 1 {
+            self.rho.push(if self.connects(s) { p } else { 0.0 });
+            if s <= k {
+                p *= self.links[s].pl / self.links[s].pe;
+                if p > 1e200 {
+                    p *= 1e-200;
+                    scale *= 1e-200;
+                    self.rho.iter_mut().for_each(|r| *r *= 1e-200);
+                }
+            }
+        }
+        self.total = if possible {
+            self.contribution(first) * scale
+        } else {
+            0.0
+        };
+        self.sum.clear();
+        let mut acc = 0.0;
+        self.sum.push(0.0);
+        for &r in &self.rho {
+            acc += r;
+            self.sum.push(acc);
+        }
+        self.weigh_deletions();
+        self.known = true;
+        possible &= acc > 0.0;
+        possible
+    }
+
+    /// p_d1·p_d2 summed over the sub-paths of each length.
+    fn weigh_deletions(&mut self) {
+        let n = self.rho.len();
+        self.deletion.clear();
+        self.deletion.push(0.0);
+        self.deletion_sum = 0.0;
+        for d in 1..=n {
+            let parts: f64 = self.sum[d..]
+                .iter()
+                .zip(&self.sum)
+                .map(|(hi, lo)| hi - lo)
+                .sum();
+            let w = deletion_length(d) * parts;
+            self.deletion.push(w);
+            self.deletion_sum += w;
+        }
+    }
+
+    /// A connection (or the absence of one at the ends) is possible after `s` light vertices.
+    #[inline]
+    fn connects(&self, s: usize) -> bool {
+        let k = self.k();
+        let specular = |i: usize| i > 0 && i < k && self.links[i].mode != Mode::NonSpecular;
+        s == 0 || s == k + 1 || !(specular(s - 1) || specular(s))
+    }
+
+    /// τ of C*_{s,t} as f / (Π p^L · Π p^E), each density paired with the geometry term it came through.
+    fn contribution(&self, s: usize) -> f64 {
+        let k = self.k();
+        let l = &self.links;
+        let mut c = 1.0;
+        if s > 0 {
+            c /= l[0].pl;
+        }
+        for j in 1..s.min(k + 1) {
+            c *= l[j - 1].g / l[j].pl;
+        }
+        if s >= 1 && s <= k {
+            c *= l[s - 1].g;
+        }
+        for e in &l[s.min(k)..k] {
+            c *= e.g / e.pe;
+        }
+        if s <= k {
+            c /= l[k].pe;
+        }
+        c * self.shape_tau * 2f64.powi(self.shape_exp)
+    }
+
+    /// Two neighbours see each other, asked of the scene.
+    #[inline]
+    pub fn edge_visible<A: Accel>(
+        &self,
+        world: &World<A>,
+        pool: &Pool<N>,
+        i: usize,
+        tally: &mut super::Tally,
+    ) -> bool {
+        world.visible(pool.get(self.slots[i]), pool.get(self.slots[i + 1]), tally)
+    }
+
+    /// The path's light is computed by the direct-lighting pass: LS*E or LDS*E by modes.
+    #[inline]
+    pub fn is_direct(&self) -> bool {
+        let k = self.k();
+        self.links[1..k]
+            .iter()
+            .skip(1)
+            .all(|l| l.mode != Mode::NonSpecular)
+    }
+}

@@ -1,0 +1,76 @@
+//! One more vertex: choose a direction, follow it.
+
+use super::{Kind, Tally, Vertex, World};
+use crate::accel::{Accel, Ray, closest, offset_origin};
+use crate::sampling::Rng;
+use crate::scatter::{Mode, Transport};
+use crate::scene::spectrum::Lanes;
+use glam::Vec3;
+
+/// Samples a direction and a mode at `x`; `from` points to the vertex the sub-path came from.
+#[inline]
+pub fn scatter<const N: usize>(
+    x: &Vertex<N>,
+    from: Vec3,
+    dir: Transport,
+    rng: &mut Rng,
+) -> Option<(Vec3, Mode)> {
+    let uc = rng.next_f32();
+    let u = rng.next_vec2();
+    let s = x.bsdf.sample(x.frame.to_local(from), dir, uc, u)?;
+    Some((x.frame.to_world(s.to).normalize(), s.mode))
+}
+
+/// The direction into which the delta lobe `mode` at `x` sends what comes from direction `from`.
+#[inline]
+pub fn deflect<const N: usize>(
+    x: &Vertex<N>,
+    from: Vec3,
+    mode: Mode,
+    dir: Transport,
+) -> Option<Vec3> {
+    let to = x.bsdf.deflect(x.frame.to_local(from), mode, dir)?;
+    Some(x.frame.to_world(to).normalize())
+}
+
+/// The vertex that a ray from `x` in unit direction `w` finds: a surface, the sky, or nothing.
+#[inline]
+pub fn trace<const N: usize, A: Accel>(
+    world: &World<A>,
+    x: &Vertex<N>,
+    w: Vec3,
+    lanes: &Lanes<N>,
+    tally: &mut Tally,
+) -> Option<Vertex<N>> {
+    let o = if x.kind == Kind::Surface {
+        offset_origin(x.p, x.error, x.ng, w)
+    } else {
+        x.p
+    };
+    trace_ray(world, o, w, lanes, tally)
+}
+
+/// As [`trace`], from any origin.
+#[inline]
+pub fn trace_ray<const N: usize, A: Accel>(
+    world: &World<A>,
+    o: Vec3,
+    w: Vec3,
+    lanes: &Lanes<N>,
+    tally: &mut Tally,
+) -> Option<Vertex<N>> {
+    tally.rays_closest += 1;
+    let ray = Ray {
+        o,
+        d: w,
+        t_max: f32::INFINITY,
+    };
+    match closest(world.accel, &ray) {
+        Some(hit) => {
+            tally.hits_clamped += hit.clamped as u64;
+            Some(Vertex::on_surface(world.scene, &hit, &ray, lanes))
+        }
+        None if world.emitters.has_sky() => Some(world.emitters.sky_vertex(w)),
+        None => None,
+    }
+}

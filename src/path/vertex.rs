@@ -1,0 +1,146 @@
+//! A vertex of a path: a place with what is needed to scatter or emit there, whoever made it.
+
+use crate::accel::{Hit, Ray, Surface, surface};
+use crate::scatter::{Bsdf, Frame, resolve_mix, shade};
+use crate::scene::spectrum::Lanes;
+use crate::scene::{Material, NONE, Scene};
+use glam::{Vec2, Vec3};
+
+/// What kind of place a vertex is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// On a surface; an emitter if `light` is set.
+    Surface,
+    /// A point or spot light.
+    Point,
+    /// At infinity: `p` is the unit direction towards it. `light` is the distant light, or [`NONE`] for the sky, which
+    /// is all infinite lights together.
+    Infinite,
+    /// On the lens.
+    Lens,
+}
+
+/// One vertex, independent of its neighbours on the path.
+#[derive(Clone, Copy, Debug)]
+pub struct Vertex<const N: usize> {
+    /// Position in stored world coordinates; the direction towards it for [`Kind::Infinite`].
+    pub p: Vec3,
+    /// Bound on the error of each coordinate of `p`.
+    pub error: f32,
+    /// Unit geometric normal; zero where there is none.
+    pub ng: Vec3,
+    /// What the vertex is.
+    pub kind: Kind,
+    /// Light index, or [`NONE`].
+    pub light: u32,
+    /// Material index, or [`NONE`].
+    pub material: u32,
+    /// Texture coordinates.
+    pub uv: Vec2,
+    /// Shading frame.
+    pub frame: Frame,
+    /// Lobes at the path's wavelengths.
+    pub bsdf: Bsdf<N>,
+}
+
+impl<const N: usize> Vertex<N> {
+    /// A vertex that neither scatters nor lies on a surface.
+    pub fn bare(kind: Kind, p: Vec3, ng: Vec3, light: u32) -> Self {
+        Self {
+            p,
+            error: 0.0,
+            ng,
+            kind,
+            light,
+            material: NONE,
+            uv: Vec2::ZERO,
+            frame: Frame::from_normal(Vec3::Z),
+            bsdf: Bsdf::Black,
+        }
+    }
+
+    /// The surface point that a ray hit.
+    #[inline]
+    pub fn on_surface(scene: &Scene, hit: &Hit, ray: &Ray, lanes: &Lanes<N>) -> Self {
+        let s = surface(&scene.geometry, hit, ray);
+        Self::from_surface(scene, hit.prim, &s, lanes)
+    }
+
+    /// A surface point, with its lobes at the wavelengths of `lanes`.
+    #[inline]
+    pub fn from_surface(scene: &Scene, prim: u32, s: &Surface, lanes: &Lanes<N>) -> Self {
+        let shape = &scene.geometry.shapes[scene.geometry.prim_shape[prim as usize] as usize];
+        let material = leaf_material(scene, shape.material, s);
+        let directed = scene
+            .materials
+            .get(material as usize)
+            .is_some_and(Material::is_anisotropic);
+        let frame = if directed {
+            Frame::from_normal_tangent(s.ns, s.dpdu)
+        } else {
+            Frame::from_normal(s.ns)
+        };
+        Self {
+            p: s.p,
+            error: s.error,
+            ng: s.ng,
+            kind: Kind::Surface,
+            light: scene.geometry.prim_light[prim as usize],
+            material,
+            uv: s.uv,
+            frame,
+            bsdf: shade(scene, material, s.uv, lanes),
+        }
+    }
+
+    /// The same place at other wavelengths.
+    pub fn at_wavelengths(&self, scene: &Scene, lanes: &Lanes<N>) -> Self {
+        let mut v = *self;
+        if self.kind == Kind::Surface {
+            v.bsdf = shade(scene, self.material, self.uv, lanes);
+        }
+        v
+    }
+
+    /// Unit direction, squared distance to another vertex; distance 1 to a vertex at infinity, so that it drops out.
+    #[inline]
+    pub fn towards(&self, other: &Self) -> (Vec3, f64) {
+        if other.kind == Kind::Infinite {
+            return (other.p, 1.0);
+        }
+        if self.kind == Kind::Infinite {
+            return (-self.p, 1.0);
+        }
+        let d = other.p - self.p;
+        let d2 = d.as_dvec3().length_squared();
+        (d * (1.0 / d2.sqrt()) as f32, d2)
+    }
+
+    /// The normal that visibility rays leave along; 0 off surfaces.
+    #[inline]
+    pub fn normal(&self) -> Vec3 {
+        if self.kind == Kind::Surface {
+            self.ng
+        } else {
+            Vec3::ZERO
+        }
+    }
+
+    /// |cos| between a unit direction and the geometric normal; 1 where there is no surface to be foreshortened.
+    #[inline]
+    pub fn cos(&self, w: Vec3) -> f64 {
+        match self.kind {
+            Kind::Surface | Kind::Lens => self.ng.dot(w).abs() as f64,
+            Kind::Point | Kind::Infinite => 1.0,
+        }
+    }
+}
+
+/// The material itself, or what a mixture is at this point.
+#[inline]
+fn leaf_material(scene: &Scene, material: u32, s: &Surface) -> u32 {
+    match scene.materials.get(material as usize) {
+        Some(Material::Mix { .. }) => resolve_mix(scene, material, s.uv, s.p),
+        _ => material,
+    }
+}

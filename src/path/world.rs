@@ -1,0 +1,71 @@
+//! What every path of a render shares.
+
+use super::{Emitters, Kind, Lens, Tally, Vertex};
+use crate::accel::{Accel, Ray, offset_origin, visible};
+use crate::scene::Scene;
+use glam::Vec3;
+
+/// A scene made ready for light transport on a backend.
+pub struct World<'a, A: Accel> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Who answers rays.
+    pub accel: &'a A,
+    /// Its lights.
+    pub emitters: Emitters,
+    /// Its camera.
+    pub lens: Lens,
+    /// Most edges of a path.
+    pub max_edges: usize,
+}
+
+impl<'a, A: Accel> World<'a, A> {
+    /// Prepares a scene. A path has at most `max_depth + 1` edges.
+    pub fn new(scene: &'a Scene, accel: &'a A, max_depth: u32) -> Self {
+        Self {
+            scene,
+            accel,
+            emitters: Emitters::new(scene),
+            lens: Lens::new(&scene.camera, &scene.settings.filter),
+            max_edges: max_depth as usize + 1,
+        }
+    }
+
+    /// The origin of a ray that leaves `x` in direction `w`; `at` where `x` is on no surface.
+    #[inline]
+    pub fn leave<const N: usize>(&self, x: &Vertex<N>, at: Vec3, w: Vec3) -> Vec3 {
+        if x.kind == Kind::Surface {
+            offset_origin(x.p, x.error, x.ng, w)
+        } else {
+            at
+        }
+    }
+
+    /// Two vertices see each other.
+    #[inline]
+    pub fn visible<const N: usize>(&self, a: &Vertex<N>, b: &Vertex<N>, tally: &mut Tally) -> bool {
+        tally.rays_visibility += 1;
+        let (near, far) = if a.kind == Kind::Infinite {
+            (b, a)
+        } else {
+            (a, b)
+        };
+        if far.kind == Kind::Infinite {
+            let o = offset_origin(near.p, near.error, near.ng, far.p);
+            return !self.accel.occluded(&Ray {
+                o,
+                d: far.p,
+                t_max: f32::INFINITY,
+            });
+        }
+        visible(
+            self.accel,
+            near.p,
+            near.error,
+            near.normal(),
+            far.p,
+            far.error,
+            far.normal(),
+        )
+    }
+}

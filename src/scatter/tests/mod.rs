@@ -1,0 +1,1 @@
+//! Properties every lobe must have.

@@ -1,0 +1,159 @@
+//! From what was read to a [`Scene`]: recentred, in f32, without degenerate triangles.
+
+use super::error::{Location, Result, SceneError};
+use super::place::World;
+use super::state::{Loader, source};
+use crate::scene::geometry::{Geometry, NONE};
+use crate::scene::{Light, Scene, Sources};
+use glam::{DVec3, Vec3};
+
+impl Loader {
+    /// Makes the scene after the last directive.
+    pub(super) fn finish(mut self, whole: &Location) -> Result<Scene> {
+        self.balanced(0)?;
+        if !self.in_world {
+            return Err(SceneError::syntax(whole, "the scene has no WorldBegin"));
+        }
+        let film = self.film()?;
+        let (mut camera, eye, exposure) = self.camera(&film)?;
+        let settings = self.render_settings(&film, exposure)?;
+        let world = std::mem::take(&mut self.world);
+        let origin = origin(&world);
+        camera.position = (eye - origin).as_vec3();
+        if !camera.position.is_finite() {
+            return Err(SceneError::value(
+                whole,
+                "the camera is too far from the scene",
+            ));
+        }
+        let mut sources = std::mem::take(&mut self.sources);
+        let (geometry, mut lights, dropped) = geometry(world, origin, &mut sources, whole)?;
+        if dropped > 0 {
+            self.warn(
+                whole,
+                format!("{dropped} triangles without area are left out"),
+            );
+        }
+        for pending in std::mem::take(&mut self.lights) {
+            let mut light = pending.light;
+            if let (Some(p), Light::Point { position, .. } | Light::Spot { position, .. }) =
+                (pending.position, &mut light)
+            {
+                *position = (p - origin).as_vec3();
+            }
+            lights.push(light);
+            sources.lights.push(pending.source);
+        }
+        if lights.is_empty() {
+            self.warn(whole, "the scene has no light");
+        }
+        let mut scene = Scene {
+            geometry,
+            materials: self.library.materials,
+            images: self.library.images.list,
+            lights,
+            camera,
+            settings,
+            origin,
+            warnings: self.warnings,
+            hash: 0,
+            sources,
+        };
+        scene.hash = super::hash::scene_hash(&scene);
+        Ok(scene)
+    }
+}
+
+/// The point of the world that is stored as 0: the centre of the scene rounded to a multiple of a power of two of at
+/// least twice the scene's size. Scenes that hold or touch the origin stay where they are, and what is taken off is
+/// exact in binary.
+fn origin(world: &World) -> DVec3 {
+    let mut lo = DVec3::INFINITY;
+    let mut hi = DVec3::NEG_INFINITY;
+    for p in world.triangles.iter().flatten() {
+        let p = world.positions[*p as usize];
+        (lo, hi) = (lo.min(p), hi.max(p));
+    }
+    for q in &world.quadrics {
+        let (c, r) = q.bounds();
+        (lo, hi) = (lo.min(c - r), hi.max(c + r));
+    }
+    let size = (hi - lo).max_element();
+    if !(size.is_finite() && size > 0.0) {
+        return DVec3::ZERO;
+    }
+    let step = 2.0 * size.log2().ceil().exp2();
+    let origin = (0.5 * (lo + hi) / step).round() * step;
+    // −0 is not a point anybody wants to read.
+    if origin.is_finite() {
+        origin + 0.0
+    } else {
+        DVec3::ZERO
+    }
+}
+
+fn geometry(
+    world: World,
+    origin: DVec3,
+    sources: &mut Sources,
+    whole: &Location,
+) -> Result<(Geometry, Vec<Light>, usize)> {
+    let mut positions: Vec<Vec3> = world
+        .positions
+        .iter()
+        .map(|p| (*p - origin).as_vec3())
+        .collect();
+    if positions.iter().any(|p| !p.is_finite()) {
+        return Err(SceneError::value(
+            whole,
+            "a vertex lies beyond the range of 32-bit floats",
+        ));
+    }
+    let mut g = Geometry::default();
+    let mut lights = Vec::new();
+    let mut owners = Vec::with_capacity(world.triangle_owner.len() + world.quadric_owner.len());
+    for (t, owner) in world.triangles.iter().zip(&world.triangle_owner) {
+        let [a, b, c] = t.map(|i| positions[i as usize].as_dvec3());
+        if (b - a).cross(c - a) == DVec3::ZERO {
+            continue;
+        }
+        g.triangles.push(*t);
+        owners.push(*owner);
+    }
+    let dropped = world.triangles.len() - g.triangles.len();
+    g.quadrics = world.quadrics.iter().map(|q| q.stored(origin)).collect();
+    owners.extend(world.quadric_owner);
+    for (prim, (shape, emission)) in owners.into_iter().enumerate() {
+        g.prim_shape.push(shape);
+        if emission == NONE {
+            g.prim_light.push(NONE);
+            continue;
+        }
+        let e = &world.emissions[emission as usize];
+        g.prim_light.push(lights.len() as u32);
+        lights.push(Light::Area {
+            prim: prim as u32,
+            two_sided: e.two_sided,
+            radiance: e.radiance.clone(),
+        });
+        sources.lights.push(source("area light \"diffuse\"", &e.at));
+    }
+    // The spare vertex of `Geometry::positions`.
+    positions.push(Vec3::ZERO);
+    if world.shapes.iter().any(|s| s.has_normals) {
+        g.normals = world.normals;
+        g.normals.push(Vec3::ZERO);
+    }
+    if world.shapes.iter().any(|s| s.has_uvs) {
+        g.uvs = world.uvs;
+        g.uvs.push(glam::Vec2::ZERO);
+    }
+    g.positions = positions;
+    g.shapes = world.shapes;
+    sources.shapes = world
+        .shape_places
+        .iter()
+        .map(|(label, at)| source(label.clone(), at))
+        .collect();
+    Ok((g, lights, dropped))
+}

@@ -1,0 +1,175 @@
+//! Decoding of texture and environment images to linear RGB, each file once.
+
+use super::error::{Location, Result, SceneError};
+use crate::scene::texture::Image;
+use std::collections::HashMap;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+/// Most texels an image may claim: 12 bytes each, so 0.8 GB at most for one image.
+const MAX_TEXELS: u64 = 1 << 26;
+
+/// How 8- and 16-bit values become linear light.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Encoding {
+    /// The sRGB curve.
+    Srgb,
+    /// As they are.
+    Linear,
+    /// A power.
+    Gamma(f32),
+}
+
+impl Encoding {
+    pub(super) fn parse(text: &str) -> Option<Self> {
+        match text {
+            "sRGB" => Some(Self::Srgb),
+            "linear" => Some(Self::Linear),
+            _ => {
+                let g: f32 = text.strip_prefix("gamma ")?.trim().parse().ok()?;
+                (g.is_finite() && g > 0.0).then_some(Self::Gamma(g))
+            }
+        }
+    }
+
+    fn to_linear(self, v: f32) -> f32 {
+        match self {
+            Self::Linear => v,
+            Self::Gamma(g) => v.powf(g),
+            // IEC 61966-2-1.
+            Self::Srgb if v <= 0.04045 => v / 12.92,
+            Self::Srgb => ((v + 0.055) / 1.055).powf(2.4),
+        }
+    }
+}
+
+/// The images of a scene, each decoded once.
+#[derive(Default)]
+pub(super) struct Images {
+    pub(super) list: Vec<Image>,
+    known: HashMap<(PathBuf, String), u32>,
+}
+
+impl Images {
+    /// Index of the decoded image.
+    pub(super) fn load(&mut self, path: &Path, encoding: Encoding, at: &Location) -> Result<u32> {
+        let key = (path.to_path_buf(), format!("{encoding:?}"));
+        if let Some(&i) = self.known.get(&key) {
+            return Ok(i);
+        }
+        let image = decode(path, encoding).map_err(|e| {
+            SceneError::file(at, format!("cannot read the image {}", path.display())).found(e)
+        })?;
+        self.list.push(image);
+        let i = (self.list.len() - 1) as u32;
+        self.known.insert(key, i);
+        Ok(i)
+    }
+}
+
+fn decode(path: &Path, encoding: Encoding) -> std::result::Result<Image, String> {
+    let exr = path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+    let image = if exr {
+        decode_exr(path)?
+    } else {
+        decode_other(path, encoding)?
+    };
+    match image.rgb.iter().flatten().find(|v| !v.is_finite()) {
+        Some(v) => Err(format!("a texel of value {v}")),
+        None => Ok(image),
+    }
+}
+
+fn bound(width: u64, height: u64) -> std::result::Result<(), String> {
+    if width == 0 || height == 0 || width.saturating_mul(height) > MAX_TEXELS {
+        return Err(format!("{width} × {height} texels"));
+    }
+    Ok(())
+}
+
+fn decode_other(path: &Path, encoding: Encoding) -> std::result::Result<Image, String> {
+    let open = || -> std::result::Result<_, String> {
+        let reader = image::ImageReader::open(path).map_err(|e| e.to_string())?;
+        // TGA has no magic number; `open` has gone by the file name, the content overrules it.
+        reader.with_guessed_format().map_err(|e| e.to_string())
+    };
+    let (width, height) = open()?.into_dimensions().map_err(|e| e.to_string())?;
+    bound(width.into(), height.into())?;
+    let mut reader = open()?;
+    let mut limits = image::Limits::default();
+    limits.max_alloc = Some(32 * MAX_TEXELS);
+    reader.limits(limits);
+    let picture = reader.decode().map_err(|e| e.to_string())?;
+    let float = matches!(
+        picture,
+        image::DynamicImage::ImageRgb32F(_) | image::DynamicImage::ImageRgba32F(_)
+    );
+    let deep = picture.color().bytes_per_pixel() > picture.color().channel_count();
+    let rgb = if float {
+        picture.into_rgb32f().pixels().map(|p| p.0).collect()
+    } else if deep {
+        let full = f32::from(u16::MAX);
+        let linear = |v: u16| encoding.to_linear(f32::from(v) / full);
+        picture
+            .into_rgb16()
+            .pixels()
+            .map(|p| p.0.map(linear))
+            .collect()
+    } else {
+        let table: Vec<f32> = (0..=255u8)
+            .map(|v| encoding.to_linear(f32::from(v) / 255.0))
+            .collect();
+        picture
+            .into_rgb8()
+            .pixels()
+            .map(|p| p.0.map(|v| table[v as usize]))
+            .collect()
+    };
+    Ok(Image { width, height, rgb })
+}
+
+fn decode_exr(path: &Path) -> std::result::Result<Image, String> {
+    use exr::prelude as e;
+    let file = File::open(path).map_err(|e| e.to_string())?;
+    let meta = exr::meta::MetaData::read_from_buffered(BufReader::new(file), false)
+        .map_err(|e| e.to_string())?;
+    for header in &meta.headers {
+        bound(
+            header.layer_size.width() as u64,
+            header.layer_size.height() as u64,
+        )?;
+        if let Some(c) = header.shared_attributes.chromaticities {
+            // Rec. 709 primaries: what RGB means in this renderer.
+            let want = [(0.64, 0.33), (0.30, 0.60), (0.15, 0.06), (0.3127, 0.3290)];
+            let got = [c.red, c.green, c.blue, c.white];
+            let far = |(g, w): (e::Vec2<f32>, (f32, f32))| {
+                (g.x() - w.0).abs() > 2e-3 || (g.y() - w.1).abs() > 2e-3
+            };
+            if got.into_iter().zip(want).any(far) {
+                return Err("primaries other than those of sRGB".into());
+            }
+        }
+    }
+    let image = e::read_first_rgba_layer_from_file(
+        path,
+        |size, _| {
+            (
+                size.width(),
+                vec![[0.0f32; 3]; size.width() * size.height()],
+            )
+        },
+        |(width, rgb): &mut (usize, Vec<[f32; 3]>), at, (r, g, b, _): (f32, f32, f32, f32)| {
+            rgb[at.y() * *width + at.x()] = [r, g, b];
+        },
+    )
+    .map_err(|e| e.to_string())?;
+    let size = image.layer_data.size;
+    Ok(Image {
+        width: size.width() as u32,
+        height: size.height() as u32,
+        rgb: image.layer_data.channel_data.pixels.1,
+    })
+}

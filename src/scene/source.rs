@@ -1,0 +1,33 @@
+//! Where the things of a scene stand in its files.
+
+use super::load::Location;
+use std::fmt;
+use std::sync::Arc;
+
+/// Something of the scene, by name and place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Source {
+    /// What it is, as the file names it: `dielectric "Glass"`.
+    pub label: Arc<str>,
+    /// Where it is declared.
+    pub at: Location,
+}
+
+impl fmt::Display for Source {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} ({})", self.label, self.at)
+    }
+}
+
+/// The sources of a scene's parts, each list parallel to the list it is named after.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Sources {
+    /// Parallel to `Scene::materials`.
+    pub materials: Vec<Source>,
+    /// Parallel to `Geometry::shapes`.
+    pub shapes: Vec<Source>,
+    /// Parallel to `Scene::lights`.
+    pub lights: Vec<Source>,
+    /// The camera, if the file has one.
+    pub camera: Option<Source>,
+}

@@ -1,0 +1,3 @@
+//! Studies of images and of speed.
+
+pub mod metrics;
