@@ -5,6 +5,7 @@
 mod tools;
 
 use glam::DVec3;
+use metrolux::scene::load::{LoadOptions, load_scene};
 use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 use tools::{ajar, door, mesh::Mesh, teapot};
@@ -40,6 +41,25 @@ fn committed_files_are_what_the_generator_writes() {
                 "nobody writes {other:?}"
             );
         }
+    }
+}
+
+#[test]
+fn every_scene_loads_without_a_word() {
+    for file in tools::outputs()
+        .iter()
+        .filter(|f| f.path.ends_with(".pbrt"))
+    {
+        let scene = load_scene(&root().join(&file.path), &LoadOptions::default())
+            .unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(scene.warnings, Vec::<String>::new(), "{}", file.path);
+        assert!(!scene.lights.is_empty(), "{}", file.path);
+        println!(
+            "{}: {} primitives, {} lights",
+            file.path,
+            scene.geometry.prim_count(),
+            scene.lights.len()
+        );
     }
 }
 

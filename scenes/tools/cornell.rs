@@ -52,6 +52,17 @@ const TALL: ([[f64; 2]; 4], f64) = (
     330.0,
 );
 
+/// The mirror of `cornell-glass`: turned so that its two visible sides show the coloured walls.
+const MIRROR: ([[f64; 2]; 4], f64) = (
+    [
+        [368.0, 241.0],
+        [258.0, 351.0],
+        [368.0, 461.0],
+        [478.0, 351.0],
+    ],
+    330.0,
+);
+
 /// Top and four sides, counter-clockwise seen from outside. The foot stands on the floor and is left open.
 fn block((foot, height): &([[f64; 2]; 4], f64)) -> Vec<Quad> {
     let p = |k: usize, y: f64| [foot[k % 4][0], y, foot[k % 4][1]];
@@ -145,9 +156,9 @@ pub fn outputs() -> Vec<Output> {
         + &walls()
         + "# glass sphere, a millimetre above the floor\nAttributeBegin\nTranslate 170 96 150\n\
            Material \"dielectric\" \"float eta\" 1.5\nShape \"sphere\" \"float radius\" 95\nAttributeEnd\n\n\
-           # tall block, a silver mirror\nMaterial \"conductor\" \"spectrum eta\" \"metal-Ag-eta\" \
+           # block, a silver mirror\nMaterial \"conductor\" \"spectrum eta\" \"metal-Ag-eta\" \
            \"spectrum k\" \"metal-Ag-k\"\n"
-        + &shape(&block(&TALL))
+        + &shape(&block(&MIRROR))
         + "\n"
         + &emitter("60 48 30", lamp(248.0, 308.0, 250.0, 310.0));
     vec![
