@@ -10,7 +10,7 @@ use metrolux::accel::record::{self, Kind};
 use metrolux::accel::{Accel, Embree, EmbreeOptions, Obvhs, Ray, closest};
 use metrolux::scene::{Geometry, NONE, Shape};
 use std::hint::black_box;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// SplitMix64, uniform in [0, 1).
 struct Rng(u64);
@@ -29,10 +29,10 @@ impl Rng {
     }
 }
 
-/// `n` triangles in the unit cube, small enough that a ray meets about ten boxes of them.
+/// `n` triangles in the unit cube, of about the size of the gaps between them.
 fn soup(n: usize) -> Geometry {
     let mut rng = Rng(1);
-    let size = 2.0 * (n as f32).powf(-1.0 / 3.0);
+    let size = (n as f32).powf(-1.0 / 3.0);
     let mut positions = Vec::with_capacity(3 * n + 1);
     for _ in 0..n {
         let center = rng.vec3();
@@ -80,6 +80,31 @@ fn by_trait(accel: &impl Accel, rays: &[Ray], kinds: &[u8]) -> u64 {
         .sum()
 }
 
+/// Time of `b` over time of `a`, less 1: the two take turns on small pieces of the work, so that both meet the same
+/// weather, and the quickest of many turns at each piece counts.
+fn overhead(
+    pieces: usize,
+    mut a: impl FnMut(usize) -> u64,
+    mut b: impl FnMut(usize) -> u64,
+) -> f64 {
+    const TURNS: usize = 15;
+    let (mut sum_a, mut sum_b) = (0.0, 0.0);
+    for piece in 0..pieces {
+        let (mut best_a, mut best_b) = (f64::INFINITY, f64::INFINITY);
+        for _ in 0..TURNS {
+            let start = Instant::now();
+            black_box(a(piece));
+            best_a = best_a.min(start.elapsed().as_secs_f64());
+            let start = Instant::now();
+            black_box(b(piece));
+            best_b = best_b.min(start.elapsed().as_secs_f64());
+        }
+        sum_a += best_a;
+        sum_b += best_b;
+    }
+    sum_b / sum_a - 1.0
+}
+
 fn measure(c: &mut Criterion, name: &str, geometry: &Geometry, rays: &[(Ray, Kind)]) {
     let kinds: Vec<u8> = rays.iter().map(|(_, k)| *k as u8).collect();
     let rays: Vec<Ray> = rays.iter().map(|(r, _)| *r).collect();
@@ -98,6 +123,18 @@ fn measure(c: &mut Criterion, name: &str, geometry: &Geometry, rays: &[(Ray, Kin
         embree.memory_bytes() as f64 * 1e-6,
         embree.build_time().as_secs_f64(),
         obvhs.memory_bytes() as f64 * 1e-6,
+    );
+
+    const PIECE: usize = 500;
+    let span = |i: usize| i * PIECE..(i + 1) * PIECE;
+    let cost = overhead(
+        (rays.len() / PIECE).min(200),
+        |i| embree.replay(&rays[span(i)], &kinds[span(i)]),
+        |i| by_trait(&embree, &rays[span(i)], &kinds[span(i)]),
+    );
+    eprintln!(
+        "{name}: the trait costs {:+.2} % over the bare C loop",
+        100.0 * cost
     );
 
     let mut group = c.benchmark_group(name);

@@ -5,7 +5,7 @@
 use super::triangle::Sheared;
 use super::{Accel, Ray, fit::padded_bounds, quadric};
 use crate::scene::Geometry;
-use glam::Vec3A;
+use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::{Bvh2, builder::build_bvh2};
 use obvhs::{Boundable, BvhBuildParams};
@@ -18,8 +18,18 @@ const STACK: usize = 192;
 pub struct Obvhs<'a> {
     geometry: &'a Geometry,
     bvh: Bvh2,
+    /// Primitives in the order of the leaves, which is the order they are read in.
+    leaves: Vec<Leaf>,
     /// Largest coordinate of anything.
     reach: f32,
+}
+
+/// What a visit to a primitive needs.
+#[derive(Clone, Copy)]
+struct Leaf {
+    prim: u32,
+    /// Of a triangle.
+    corners: [Vec3; 3],
 }
 
 /// A primitive's box, as obvhs wants to see it.
@@ -45,10 +55,22 @@ impl<'a> Obvhs<'a> {
             })
             .collect();
         let mut time = Duration::ZERO;
-        let bvh = build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut time);
+        let mut bvh = build_bvh2(&boxes, BvhBuildParams::medium_build(), &mut time);
+        let leaf = |&prim: &u32| Leaf {
+            prim,
+            corners: match geometry.quadric(prim) {
+                None => geometry.corners(prim),
+                Some(_) => [Vec3::ZERO; 3],
+            },
+        };
+        let leaves = std::mem::take(&mut bvh.primitive_indices)
+            .iter()
+            .map(leaf)
+            .collect();
         Self {
             geometry,
             bvh,
+            leaves,
             reach,
         }
     }
@@ -56,7 +78,7 @@ impl<'a> Obvhs<'a> {
     /// Visits leaves front to back. `visit` gets a primitive and the far end so far, and returns the new far end, or
     /// `None` to stop.
     #[inline]
-    fn walk(&self, ray: &Ray, mut visit: impl FnMut(u32, f32) -> Option<f32>) {
+    fn walk(&self, ray: &Ray, mut visit: impl FnMut(&Leaf, f32) -> Option<f32>) {
         if self.bvh.nodes.is_empty() {
             return;
         }
@@ -88,8 +110,8 @@ impl<'a> Obvhs<'a> {
             let node = &self.bvh.nodes[index as usize];
             let first = node.first_index as usize;
             if node.prim_count > 0 {
-                for &prim in &self.bvh.primitive_indices[first..first + node.prim_count as usize] {
-                    match visit(prim, far) {
+                for leaf in &self.leaves[first..first + node.prim_count as usize] {
+                    match visit(leaf, far) {
                         Some(t) => far = t,
                         None => return,
                     }
@@ -119,9 +141,9 @@ impl<'a> Obvhs<'a> {
 
     /// Distance to a primitive by the shared routines, if in 0 < t.
     #[inline]
-    fn distance(&self, sheared: &Sheared, ray: &Ray, prim: u32) -> Option<f32> {
-        let t = match self.geometry.quadric(prim) {
-            None => sheared.intersect(&self.geometry.corners(prim))?.t,
+    fn distance(&self, sheared: &Sheared, ray: &Ray, leaf: &Leaf) -> Option<f32> {
+        let t = match self.geometry.quadric(leaf.prim) {
+            None => sheared.intersect(&leaf.corners)?.t,
             Some(q) => quadric::intersect(q, ray)?,
         };
         (t > 0.0).then_some(t)
@@ -136,8 +158,9 @@ impl Accel for Obvhs<'_> {
     fn nearest(&self, ray: &Ray) -> Option<u32> {
         let sheared = Sheared::new(ray);
         let mut best = None;
-        self.walk(ray, |prim, far| {
-            let Some(t) = self.distance(&sheared, ray, prim) else {
+        self.walk(ray, |leaf, far| {
+            let prim = leaf.prim;
+            let Some(t) = self.distance(&sheared, ray, leaf) else {
                 return Some(far);
             };
             // Of primitives at the very same distance the first in number is named, whatever the tree looks like.
@@ -154,9 +177,9 @@ impl Accel for Obvhs<'_> {
     fn occluded(&self, ray: &Ray) -> bool {
         let sheared = Sheared::new(ray);
         let mut hit = false;
-        self.walk(ray, |prim, far| {
+        self.walk(ray, |leaf, far| {
             hit = self
-                .distance(&sheared, ray, prim)
+                .distance(&sheared, ray, leaf)
                 .is_some_and(|t| t < ray.t_max);
             (!hit).then_some(far)
         });
@@ -168,7 +191,7 @@ impl Accel for Obvhs<'_> {
     }
 
     fn memory_bytes(&self) -> usize {
-        size_of_val(self.bvh.nodes.as_slice()) + size_of_val(self.bvh.primitive_indices.as_slice())
+        size_of_val(self.bvh.nodes.as_slice()) + size_of_val(self.leaves.as_slice())
     }
 }
 

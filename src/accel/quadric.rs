@@ -27,7 +27,7 @@ fn roots(o: DVec3, d: DVec3, radius: f64) -> Option<(f64, f64)> {
     let b = o.dot(d);
     let foot = o - d * (b / a);
     let discriminant = a * (radius - foot.length()) * (radius + foot.length());
-    if !(discriminant >= 0.0) {
+    if discriminant < 0.0 || discriminant.is_nan() {
         return None;
     }
     let root = discriminant.sqrt();

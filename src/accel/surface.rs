@@ -127,11 +127,12 @@ impl AnyNormal for Vec3 {
 #[inline]
 fn facing(n: Vec3, ng: Vec3) -> Vec3 {
     let length2 = n.length_squared();
-    if !(length2 > 0.0) {
-        return ng;
+    if length2 > 0.0 {
+        let n = n * length2.sqrt().recip();
+        if n.dot(ng) < 0.0 { -n } else { n }
+    } else {
+        ng
     }
-    let n = n * length2.sqrt().recip();
-    if n.dot(ng) < 0.0 { -n } else { n }
 }
 
 /// `v`, or some tangent where it is 0.
@@ -219,4 +220,87 @@ fn sphere_uv(n: Vec3, radius: f32, to_object: Mat3) -> (Vec2, Vec3) {
 fn angle(x: f32, y: f32) -> f32 {
     let phi = y.atan2(x);
     if phi < 0.0 { phi + TAU } else { phi }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{Rng, geometry, soup};
+    use super::*;
+
+    fn close(a: Vec3, b: Vec3) -> bool {
+        (a - b).abs().max_element() < 1e-5
+    }
+
+    #[test]
+    fn the_tangent_says_how_the_point_moves_with_u() {
+        let mut rng = Rng(21);
+        for given in [false, true] {
+            let mut g = soup(&mut rng, 1);
+            g.shapes[0].has_uvs = given;
+            g.uvs = (0..4).map(|_| Vec2::new(rng.next(), rng.next())).collect();
+            let [p0, p1, p2] = g.corners(0);
+            let at = |b1, b2| surface_at(&g, 0, b1, b2);
+            // From any corner to another: Δp = ∂p/∂u·Δu + ∂p/∂v·Δv, and v is eliminated between two of them.
+            let [s0, s1, s2] = [at(0.0, 0.0), at(1.0, 0.0), at(0.0, 1.0)];
+            let (a, b) = (s1.uv - s0.uv, s2.uv - s0.uv);
+            let by_v = (p1 - p0) * b.y - (p2 - p0) * a.y;
+            let det = a.x * b.y - a.y * b.x;
+            assert!(close(s0.dpdu * det, by_v), "{given}: {s0:?}");
+        }
+    }
+
+    #[test]
+    fn shading_normals_are_unit_and_on_the_side_of_the_winding() {
+        let mut g = geometry(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]], vec![]);
+        g.shapes[0].has_normals = true;
+        let n = Vec3::new(0.3, 0.1, -2.0);
+        g.normals = vec![n; 4];
+        let s = surface_at(&g, 0, 0.2, 0.2);
+        assert_eq!(s.ng, Vec3::Z);
+        assert!(close(s.ns, -n.normalize()));
+        // Normals that cancel leave the geometric one.
+        g.normals = vec![Vec3::ZERO; 4];
+        assert_eq!(surface_at(&g, 0, 0.2, 0.2).ns, Vec3::Z);
+    }
+
+    #[test]
+    fn a_triangle_without_area_has_a_finite_frame() {
+        let g = geometry(vec![Vec3::ZERO, Vec3::X, Vec3::X], vec![[0, 1, 2]], vec![]);
+        let s = surface_at(&g, 0, 0.2, 0.2);
+        assert!(s.ng.is_normalized() && s.ng.x.abs() < 1e-6 && s.error.is_finite());
+    }
+
+    #[test]
+    fn spheres_and_disks_are_parametrised_as_in_pbrt() {
+        // Object z is world x.
+        let to_object = Mat3::from_cols(Vec3::Z, Vec3::X, Vec3::Y);
+        let sphere = |inward| Quadric::Sphere {
+            center: Vec3::ONE,
+            radius: 2.0,
+            to_object,
+            inward,
+        };
+        // Object direction (cos 45°, sin 45°, 0): u = 1/8, v = 1/2.
+        let n = to_object.transpose() * Vec3::new(1.0, 1.0, 0.0).normalize();
+        let s = quadric_at(&sphere(false), (Vec3::ONE + n * 1.9).as_dvec3());
+        assert!(close(s.p, Vec3::ONE + n * 2.0) && close(s.ng, n));
+        assert!((s.uv - Vec2::new(0.125, 0.5)).length() < 1e-6, "{s:?}");
+        let turn = to_object.transpose() * Vec3::new(-1.0, 1.0, 0.0).normalize();
+        assert!(close(s.dpdu, turn * (2.0 * TAU)), "{s:?}");
+        let inward = quadric_at(&sphere(true), (Vec3::ONE + n).as_dvec3());
+        assert!(close(inward.ng, -n) && close(inward.p, s.p));
+        let pole = quadric_at(&sphere(false), (Vec3::ONE + Vec3::X).as_dvec3());
+        assert!((pole.uv.y - 1.0).abs() < 1e-6 && pole.dpdu != Vec3::ZERO);
+
+        let disk = Quadric::Disk {
+            center: Vec3::ONE,
+            normal: Vec3::Z,
+            tangent: Vec3::X,
+            radius: 2.0,
+        };
+        let s = quadric_at(&disk, DVec3::new(1.0, 2.0, 1.5));
+        assert!(close(s.p, Vec3::new(1.0, 2.0, 1.0)) && s.ng == Vec3::Z);
+        assert!((s.uv - Vec2::new(0.25, 0.5)).length() < 1e-6, "{s:?}");
+        assert!(close(s.dpdu, Vec3::NEG_X * TAU), "{s:?}");
+    }
 }
