@@ -24,6 +24,9 @@ pub struct Generation<const N: usize> {
     pub rounds: u64,
 }
 
+/// A group's seeding: its batch, its chains with their brightness, rays and faults.
+type Seeded<const N: usize> = (Batch, Vec<(Chain<N>, f64)>, Tally);
+
 /// A run of Metropolis light transport that can go on for any number of rounds.
 pub struct Mlt<'a, A: Accel, const N: usize> {
     world: &'a World<'a, A>,
@@ -118,7 +121,7 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
             g.chains.iter().for_each(|(c, _)| self.stats += c.stats);
         }
         let (world, options, seed) = (self.world, &self.options, self.seed);
-        let seeded: Vec<(Batch, Vec<(Chain<N>, f64)>, Tally)> = (0..options.groups)
+        let seeded: Vec<Seeded<N>> = (0..options.groups)
             .into_par_iter()
             .map(|group| {
                 let mut tally = Tally::default();

@@ -23,6 +23,7 @@ const ROULETTE_AFTER: usize = 4;
 
 /// One estimate of the radiance that arrives at lens vertex `lens` from direction `w`, by number of edges if asked:
 /// `by_length(k, value)` is called for each contribution of a path of k edges.
+#[allow(clippy::too_many_arguments)]
 pub fn radiance<const N: usize, A: Accel>(
     world: &World<A>,
     lanes: &Lanes<N>,

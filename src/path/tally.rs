@@ -50,7 +50,7 @@ impl Tally {
     /// True if `v` is a finite number ≥ 0; otherwise the fault is counted.
     #[inline]
     pub fn check(&mut self, v: f64) -> bool {
-        if v >= 0.0 && v < f64::INFINITY {
+        if (0.0..f64::INFINITY).contains(&v) {
             return true;
         }
         self.fault(if v.is_nan() {

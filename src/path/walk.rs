@@ -1,6 +1,6 @@
 //! Random walks: the sub-paths of bidirectional sampling.
 
-use super::path::Pool;
+use super::sequence::Pool;
 use super::trace::trace_ray;
 use super::{Kind, Tally, World, scatter, scatter_terms};
 use crate::accel::{Accel, offset_origin};
