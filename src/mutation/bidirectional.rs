@@ -7,6 +7,7 @@
 //! K the densities of what is kept, the same for the way back. With C*_i = total/ρ_i this is the source's
 //! Q(x→y) = p_d[l,m] Σ p_a/C_i^bd, and the ratio returned is Q(y→x)/Q(x→y).
 
+use super::falsify::{Density, factor, odd_row};
 use super::{Context, Workspace};
 use crate::accel::Accel;
 use crate::path::{Emitters, Ends, Kind, Path, Vertex, deletion_length, scatter, trace, trace_ray};
@@ -28,6 +29,17 @@ struct Insertion {
 }
 
 impl Insertion {
+    #[inline]
+    fn of<A: Accel>(ends: Ends, ctx: &Context<A>) -> Self {
+        let min_edges = if ctx.indirect_only { 3 } else { 1 };
+        Self::new(
+            ends,
+            ctx.world.emitters.hittable,
+            min_edges,
+            ctx.world.max_edges,
+        )
+    }
+
     fn new(ends: Ends, hittable: bool, min_edges: usize, max_edges: usize) -> Self {
         let least_light = (ends.light == 0 && !hittable) as usize;
         let least_eye = (ends.eye == 0) as usize;
@@ -181,13 +193,7 @@ impl Bidirectional {
         let ends = sample_deletion(x, ctx.rng.next_f64(), ctx.weigh_deletions)?;
         let (a, n) = (ends.light, x.slots.len() + 1);
         let kd = n - a - ends.eye;
-        let min_edges = if ctx.indirect_only { 3 } else { 1 };
-        let ins = Insertion::new(
-            ends,
-            ctx.world.emitters.hittable,
-            min_edges,
-            ctx.world.max_edges,
-        );
+        let ins = Insertion::of(ends, ctx);
         if !ins.contains(kd) {
             return None;
         }
@@ -229,15 +235,27 @@ impl Bidirectional {
             ctx.tally.fault(crate::path::Fault::ZeroDensity);
             return None;
         }
-        let there = deletion_probability(x, ends, ctx.weigh_deletions)
+        Some(Self::transition(y, x, ends, ctx) / Self::transition(x, y, ends, ctx))
+    }
+
+    /// T(x→y)/τ(y), up to the densities of what is kept. Both paths' strategies must be known.
+    #[inline]
+    pub(crate) fn transition<const N: usize, A: Accel>(
+        x: &Path<N>,
+        y: &Path<N>,
+        ends: Ends,
+        ctx: &Context<A>,
+    ) -> f64 {
+        let edges = |p: &Path<N>| p.slots.len() + 1 - ends.light - ends.eye;
+        let (kd, ka) = (edges(x), edges(y));
+        let ins = Insertion::of(ends, ctx);
+        deletion_probability(x, ends, ctx.weigh_deletions)
+            * factor(Density::Deletion, x.k() % 2 == 1)
             * ins.length_probability(kd, ka)
-            * ins.strategy_sum(y, a, ka)
-            / y.total;
-        let back = deletion_probability(y, ends, ctx.weigh_deletions)
-            * ins.length_probability(ka, kd)
-            * ins.strategy_sum(x, a, kd)
-            / x.total;
-        Some(back / there)
+            * factor(Density::Insertion, ka > kd)
+            * ins.strategy_sum(y, ends.light, ka)
+            * factor(Density::Strategies, odd_row(y))
+            / y.total
     }
 }
 

@@ -6,6 +6,7 @@
 //!
 //! τ(y)·Π G/(p^E/P) over the same of x.
 
+use super::falsify::{Density, factor, odd_row};
 use super::{Context, Workspace};
 use crate::accel::Accel;
 use crate::path::{Ends, Kind, Path, Pool, deflect, trace};
@@ -13,9 +14,9 @@ use crate::scatter::{Mode, Transport};
 use glam::Vec2;
 
 /// Smallest distance moved, pixels.
-const R1: f32 = 0.1;
+pub(super) const R1: f32 = 0.1;
 /// Area of the disk of largest distance, as part of the image.
-const R2_AREA: f64 = 0.05;
+pub(super) const R2_AREA: f64 = 0.05;
 
 /// See the module.
 pub struct LensPerturbation;
@@ -89,8 +90,15 @@ impl LensPerturbation {
         if first > 0 && !y.edge_visible(world, &ws.pool, first - 1, ctx.tally) {
             return None;
         }
+        Some(Self::ratio(x, y, first))
+    }
+
+    /// T(y→x)·τ(y) / (T(x→y)·τ(x)) of paths that differ from vertex `first` on.
+    #[inline]
+    pub(crate) fn ratio<const N: usize>(x: &Path<N>, y: &Path<N>, first: usize) -> f64 {
         let scale = 2f64.powi(y.shape_exp - x.shape_exp);
-        Some(changed(y, first) / changed(x, first) * scale)
+        let density = |p: &Path<N>| factor(Density::Lens, odd_row(p));
+        changed(y, first) / changed(x, first) * scale * density(x) / density(y)
     }
 }
 

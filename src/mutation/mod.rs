@@ -4,7 +4,10 @@
 //! strategy itself, which the chain knows.
 
 mod bidirectional;
+mod falsify;
 mod lens;
+#[cfg(test)]
+mod tests;
 mod wavelength;
 
 pub use bidirectional::Bidirectional;

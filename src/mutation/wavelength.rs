@@ -3,6 +3,7 @@
 //! Symmetric in the measure du, so the ratio is τ(y)/τ(x) at the same vertices. No rays. A path with a dispersive delta
 //! would not pass the same points at another wavelength; it is not suited.
 
+use super::falsify::{Density, factor};
 use super::{Context, Workspace};
 use crate::accel::Accel;
 use crate::path::{Ends, Path, Pool};
@@ -45,6 +46,13 @@ impl Wavelength {
         if !ctx.carries(y, &ws.pool) {
             return None;
         }
-        Some(y.shape_tau / x.shape_tau * 2f64.powi(y.shape_exp - x.shape_exp))
+        Some(Self::ratio(x, y))
+    }
+
+    /// T(y→x)·τ(y) / (T(x→y)·τ(x)).
+    #[inline]
+    pub(crate) fn ratio<const N: usize>(x: &Path<N>, y: &Path<N>) -> f64 {
+        let density = |p: &Path<N>| factor(Density::Wavelength, p.lanes.u < 0.5);
+        y.shape_tau / x.shape_tau * 2f64.powi(y.shape_exp - x.shape_exp) * density(x) / density(y)
     }
 }

@@ -1,0 +1,177 @@
+//! Small closed rooms in which every kind of vertex occurs, and paths in them.
+
+use crate::accel::{Embree, EmbreeOptions};
+use crate::path::{Heuristic, Path, Pool, Sampler, Tally, World};
+use crate::sampling::Rng;
+use crate::scatter::Mode;
+use crate::scene::load::{LoadOptions, load_str};
+use crate::scene::spectrum::Lanes;
+use glam::Vec2;
+
+/// What the suite runs on.
+pub(super) type Room<'a> = World<'a, Embree<'a>>;
+
+/// Diffuse vertices only.
+pub(super) const BOX: &str = "";
+
+/// A glass ball, dispersive, and a mirror: (L|D)DS*E and its like.
+pub(super) const GLASS: &str = r#"
+Material "dielectric" "spectrum eta" "glass-BK7"
+AttributeBegin
+  Translate 0.3 0.28 0.55
+  Shape "sphere" "float radius" 0.18
+AttributeEnd
+Material "conductor" "rgb reflectance" [ 0.9 0.8 0.7 ]
+Shape "trianglemesh" "point3 P" [ 0.6 0.1 0.9  0.95 0.1 0.6  0.95 0.7 0.6  0.6 0.7 0.9 ]
+  "integer indices" [ 0 1 2 0 2 3 ]
+"#;
+
+/// Rough metal and coated surfaces with and without a delta lobe.
+pub(super) const GLOSSY: &str = r#"
+Material "conductor" "float roughness" 0.25
+AttributeBegin
+  Translate 0.3 0.25 0.6
+  Shape "sphere" "float radius" 0.2
+AttributeEnd
+Material "coateddiffuse" "rgb reflectance" [ 0.3 0.5 0.2 ] "float roughness" 0.3
+Shape "trianglemesh" "point3 P" [ 0.6 0.1 0.9  0.95 0.1 0.6  0.95 0.7 0.6  0.6 0.7 0.9 ]
+  "integer indices" [ 0 1 2 0 2 3 ]
+Material "coateddiffuse" "rgb reflectance" [ 0.6 0.2 0.2 ] "float roughness" 0
+Shape "trianglemesh" "point3 P" [ 0.05 0.02 0.05  0.05 0.02 0.95  0.95 0.02 0.95  0.95 0.02 0.05 ]
+  "integer indices" [ 0 1 2 0 2 3 ]
+"#;
+
+/// A unit box whose walls are coloured, with a lamp under its ceiling.
+fn text(inside: &str, aperture: f32) -> String {
+    format!(
+        r#"
+Film "rgb" "integer xresolution" 24 "integer yresolution" 24 "string filename" "x.exr"
+PixelFilter "box" "float xradius" 0.5 "float yradius" 0.5
+LookAt 0.5 0.45 0.03  0.5 0.45 1  0 1 0
+Camera "perspective" "float fov" 75 "float lensradius" {aperture} "float focaldistance" 0.6
+WorldBegin
+Material "diffuse" "rgb reflectance" [ 0.6 0.6 0.6 ]
+Shape "trianglemesh" "point3 P" [ 0 0 0  1 0 0  1 0 1  0 0 1  0 1 0  1 1 0  1 1 1  0 1 1 ]
+  "integer indices" [ 0 1 2 0 2 3 4 5 6 4 6 7 2 3 7 2 7 6 0 1 5 0 5 4 ]
+Material "diffuse" "rgb reflectance" [ 0.6 0.1 0.1 ]
+Shape "trianglemesh" "point3 P" [ 0 0 0  0 0 1  0 1 1  0 1 0 ] "integer indices" [ 0 1 2 0 2 3 ]
+Material "diffuse" "rgb reflectance" [ 0.1 0.5 0.15 ]
+Shape "trianglemesh" "point3 P" [ 1 0 0  1 0 1  1 1 1  1 1 0 ] "integer indices" [ 0 1 2 0 2 3 ]
+AttributeBegin
+AreaLightSource "diffuse" "rgb L" [ 12 10 7 ]
+Material "diffuse" "rgb reflectance" [ 0.4 0.4 0.4 ]
+Shape "trianglemesh" "point3 P" [ 0.3 0.95 0.35  0.6 0.95 0.35  0.6 0.95 0.65  0.3 0.95 0.65 ]
+  "integer indices" [ 0 1 2 0 2 3 ]
+AttributeEnd
+{inside}
+"#
+    )
+}
+
+/// Calls `f` with a room; paths have at most `max_edges` edges.
+pub(super) fn with_room<R>(
+    inside: &str,
+    aperture: f32,
+    max_edges: usize,
+    f: impl FnOnce(&Room) -> R,
+) -> R {
+    let scene = load_str(
+        &text(inside, aperture),
+        std::path::Path::new("."),
+        &LoadOptions::default(),
+    )
+    .expect("the room is a scene");
+    let accel = Embree::new(&scene.geometry, EmbreeOptions::default()).expect("Embree builds");
+    f(&World::new(&scene, &accel, max_edges as u32 - 1))
+}
+
+/// Seeds: bidirectional samples, each keeping one of its paths in proportion to its weight (Veach 11.3.1).
+pub(super) struct Seeds<const N: usize> {
+    pub(super) sampler: Sampler<N>,
+    indirect_only: bool,
+    pub(super) tally: Tally,
+}
+
+impl<const N: usize> Seeds<N> {
+    pub(super) fn new(world: &Room, indirect_only: bool) -> Self {
+        Self {
+            sampler: Sampler::new(world.max_edges),
+            indirect_only,
+            tally: Tally::default(),
+        }
+    }
+
+    /// One sample's weight; its path stands in the sampler if the weight is not 0.
+    pub(super) fn draw(&mut self, world: &Room, rng: &mut Rng) -> f64 {
+        let lanes = Lanes::new(rng.next_f32());
+        let raster = world.lens.sample_raster(rng.next_vec2());
+        self.sampler
+            .sample(world, &lanes, raster, rng, &mut self.tally);
+        let (mut weight, mut pick) = (0.0, (0, 0));
+        let indirect = self.indirect_only;
+        self.sampler.join(
+            world,
+            Heuristic::Balance,
+            indirect,
+            &mut self.tally,
+            |j, _| {
+                weight += j.weight;
+                if rng.next_f64() * weight < j.weight {
+                    pick = (j.s, j.t);
+                }
+            },
+        );
+        if weight > 0.0 {
+            self.sampler.join_one(
+                world,
+                pick.0,
+                pick.1,
+                Heuristic::Balance,
+                indirect,
+                &mut self.tally,
+            );
+        }
+        weight
+    }
+}
+
+/// Where a path lies in path space: the families of cells that the suite tells apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Cell(pub(super) [u32; 5]);
+
+/// Names of the families.
+pub(super) const FAMILIES: [&str; 5] = ["length", "modes", "image", "wavelength", "all"];
+
+/// Halves of the image crossed with odd and even rows, so that small moves change cells too.
+pub(super) fn image_cell(world: &Room, raster: Vec2) -> u32 {
+    let left = raster.x < 0.5 * (world.lens.lo.x + world.lens.hi.x);
+    left as u32 + 2 * (raster.y as u32 % 2)
+}
+
+impl Cell {
+    pub(super) fn of<const N: usize>(world: &Room, x: &Path<N>) -> Self {
+        let k = x.k();
+        // One bit a vertex, so that the mask tells where the specular vertices are.
+        let modes = (1..k).fold(1u32 << k, |m, i| {
+            m | ((x.links[i].mode != Mode::NonSpecular) as u32) << i
+        });
+        let image = image_cell(world, x.raster);
+        let wave = (x.lanes.u < 0.5) as u32;
+        Self([k as u32, modes, image, wave, modes << 3 | image << 1 | wave])
+    }
+}
+
+/// A copy of a path and its vertices in another pool.
+pub(super) fn copy<const N: usize>(
+    path: &Path<N>,
+    pool: &Pool<N>,
+    into: &mut Pool<N>,
+    max_edges: usize,
+) -> Path<N> {
+    let mut x = path.clone_capacity(max_edges);
+    x.copy_from(path);
+    for slot in &mut x.slots {
+        *slot = into.put(*pool.get(*slot));
+    }
+    x
+}

@@ -1,0 +1,216 @@
+//! What holds in every single step: kept positions, the pool's books, the densities, the way back.
+
+use super::scenes::{BOX, GLASS, GLOSSY, Room, Seeds, copy, with_room};
+use super::{STRATEGIES, propose, ratio, suits};
+use crate::chain::Direct;
+use crate::mutation::{Context, Strategy, Workspace};
+use crate::path::{Path, Pool, Tally};
+use crate::sampling::Rng;
+use glam::Vec3;
+
+/// A walk by one strategy after another; `f` looks at each proposal: (strategy, x, y, the context, the workspace,
+/// its ratio) before it is decided on.
+fn walk<const N: usize>(
+    world: &Room,
+    direct: Direct,
+    steps: u64,
+    mut f: impl FnMut(&Step<N>, &Context<crate::accel::Embree>),
+) -> [u64; STRATEGIES.len()] {
+    let indirect_only = direct == Direct::Separate;
+    let mut seeds = Seeds::<N>::new(world, indirect_only);
+    let mut rng = Rng::new(0x57e9, 93, 0, 0);
+    let mut ws = Workspace::<N>::new(world.max_edges);
+    let capacity = ws.pool.free_slots();
+    let mut accepted = [0; STRATEGIES.len()];
+    let mut x: Option<Path<N>> = None;
+    for step in 0..steps {
+        rng.set_step(step);
+        // A new seed now and then, so that no walk is stuck in one part of path space.
+        if step % 1000 == 0 && seeds.draw(world, &mut rng) > 0.0 {
+            ws.pool.reset();
+            let (path, pool) = seeds.sampler.joined();
+            x = Some(copy(path, pool, &mut ws.pool, world.max_edges));
+        }
+        let Some(x) = &mut x else { continue };
+        let at = (step % STRATEGIES.len() as u64) as usize;
+        let strategy = STRATEGIES[at];
+        if !suits(strategy, x, &ws.pool) {
+            continue;
+        }
+        let mut tally = Tally::default();
+        let mut local = rng;
+        let mut ctx = Context {
+            world,
+            rng: &mut local,
+            tally: &mut tally,
+            indirect_only,
+            weigh_deletions: step % 2000 < 1000,
+        };
+        ws.begin();
+        let before = positions(x, &ws.pool);
+        let slots = x.slots.clone();
+        let r = propose(strategy, x, &mut ws, &mut ctx);
+        assert_eq!(x.slots, slots, "{strategy:?} changed x");
+        assert_eq!(positions(x, &ws.pool), before, "{strategy:?} moved x");
+        let Some(r) = r else {
+            assert_eq!(tally.impossible(), 0);
+            ws.reject();
+            assert_eq!(ws.pool.free_slots(), capacity - x.slots.len());
+            continue;
+        };
+        assert!(r.is_finite() && r >= 0.0, "{strategy:?}: ratio {r}");
+        // No way back: only if the deleted part cannot be made again, and then importance sampling never deletes it.
+        if r == 0.0 {
+            let until = x.slots.len() + 1 - ws.ends.eye;
+            assert!(!ctx.weigh_deletions && strategy == Strategy::Bidirectional);
+            assert!(x.rho[ws.ends.light..until].iter().all(|r| *r == 0.0));
+        }
+        f(
+            &Step {
+                index: step,
+                strategy,
+                x,
+                ws: &ws,
+                ratio: r,
+            },
+            &ctx,
+        );
+        assert_eq!(tally.impossible(), 0);
+        if local.next_f64() < r {
+            ws.accept(x);
+            accepted[at] += 1;
+        } else {
+            ws.reject();
+        }
+        assert_eq!(
+            ws.pool.free_slots(),
+            capacity - x.slots.len(),
+            "{strategy:?} leaks"
+        );
+    }
+    accepted
+}
+
+/// A proposal that was constructed.
+struct Step<'a, const N: usize> {
+    index: u64,
+    strategy: Strategy,
+    x: &'a Path<N>,
+    ws: &'a Workspace<N>,
+    ratio: f64,
+}
+
+fn positions<const N: usize>(x: &Path<N>, pool: &Pool<N>) -> Vec<Vec3> {
+    x.slots.iter().map(|&s| pool.get(s).p).collect()
+}
+
+/// Every strategy had its share of accepted steps.
+fn all_moved(accepted: [u64; STRATEGIES.len()], least: u64) {
+    for (s, n) in STRATEGIES.iter().zip(accepted) {
+        assert!(n >= least, "{s:?}: only {n} steps");
+    }
+}
+
+#[test]
+fn kept_positions_keep_their_bits_and_no_slot_is_lost_in_a_million_steps() {
+    for (inside, aperture) in [(GLASS, 0.0), (GLOSSY, 0.03)] {
+        let accepted = with_room(inside, aperture, 6, |world| {
+            walk::<4>(world, Direct::InChain, 500_000, |s, _| {
+                if s.index % 7 != 0 {
+                    return;
+                }
+                let (x, y) = (positions(s.x, &s.ws.pool), positions(&s.ws.y, &s.ws.pool));
+                let kept = match s.strategy {
+                    Strategy::Wavelength => (x.len(), 0),
+                    _ => (s.ws.ends.light, s.ws.ends.eye),
+                };
+                assert_eq!(x[..kept.0], y[..kept.0], "{:?}", s.strategy);
+                assert_eq!(x[x.len() - kept.1..], y[y.len() - kept.1..]);
+                // A slot is never in a path twice, nor in both but where it is kept.
+                let mut all: Vec<u16> = s.x.slots.iter().chain(&s.ws.fresh).copied().collect();
+                all.sort_unstable();
+                all.dedup();
+                assert_eq!(all.len(), s.x.slots.len() + s.ws.fresh.len());
+            })
+        });
+        all_moved(accepted, 5_000);
+    }
+}
+
+/// The path pushed anew, everything computed from its vertices and modes alone.
+fn rebuilt<const N: usize>(world: &Room, x: &Path<N>, pool: &Pool<N>) -> Path<N> {
+    let mut y = x.clone_capacity(world.max_edges);
+    for (&slot, link) in x.slots.iter().zip(&x.links) {
+        y.push(slot, link.mode);
+    }
+    y.relink(world, pool, 0, x.k());
+    assert!(y.measure(pool), "a path of the chain carries nothing");
+    assert!(y.strategies(), "a path of the chain has no strategy");
+    y
+}
+
+/// The same functions see the same vertices, so they give the same bits whatever the path went through.
+fn same<const N: usize>(x: &Path<N>, y: &Path<N>) {
+    for (i, (a, b)) in x.links.iter().zip(&y.links).enumerate() {
+        assert_eq!(a.fs, b.fs, "f_s of x{i}");
+        assert_eq!((a.pl, a.pe), (b.pl, b.pe), "densities of x{i}");
+        assert_eq!((a.prob_l, a.prob_e), (b.prob_l, b.prob_e), "modes of x{i}");
+        if i < x.k() {
+            assert_eq!((a.g, a.d2, a.dir), (b.g, b.d2, b.dir), "edge {i}");
+        }
+    }
+    assert_eq!((x.shape, x.shape_exp), (y.shape, y.shape_exp));
+    assert_eq!((x.shape_tau, x.raster), (y.shape_tau, y.raster));
+    if x.known {
+        assert_eq!((&x.rho, x.total), (&y.rho, y.total));
+        assert_eq!((&x.deletion, x.deletion_sum), (&y.deletion, y.deletion_sum));
+    }
+}
+
+/// Densities on the way against densities from scratch, and the ratio of the way back.
+fn proposals_agree<const N: usize>(inside: &str, aperture: f32, direct: Direct) {
+    with_room(inside, aperture, 6, |world| {
+        let mut seen = [0u64; STRATEGIES.len()];
+        let accepted = walk::<N>(world, direct, 150_000, |s, ctx| {
+            let (x, y) = (
+                rebuilt(world, s.x, &s.ws.pool),
+                rebuilt(world, &s.ws.y, &s.ws.pool),
+            );
+            same(s.x, &x);
+            same(&s.ws.y, &y);
+            if s.ratio == 0.0 {
+                return;
+            }
+            let back = ratio(s.strategy, &y, &x, s.ws.ends, ctx);
+            // A quotient of two quotients, each rounded a dozen times at most.
+            let tolerance = 32.0 * f64::EPSILON;
+            assert!(
+                (back * s.ratio - 1.0).abs() < tolerance,
+                "{:?}: {} there, {back} back",
+                s.strategy,
+                s.ratio
+            );
+            // The way back begins where the way there ended.
+            let mut y = y;
+            assert!(suits(s.strategy, &mut y, &s.ws.pool));
+            seen[s.strategy as usize] += 1;
+        });
+        all_moved(accepted, 500);
+        all_moved(seen, 1000);
+    });
+}
+
+#[test]
+fn densities_and_ways_back_agree_in_a_diffuse_box() {
+    proposals_agree::<1>(BOX, 0.0, Direct::InChain);
+}
+
+#[test]
+fn densities_and_ways_back_agree_among_specular_paths() {
+    proposals_agree::<4>(GLASS, 0.0, Direct::InChain);
+}
+
+#[test]
+fn densities_and_ways_back_agree_among_glossy_vertices_under_a_thin_lens() {
+    proposals_agree::<4>(GLOSSY, 0.03, Direct::Separate);
+}
