@@ -6,7 +6,7 @@ mod schedule;
 mod seeding;
 mod stats;
 
-pub use markov::{Chain, Splat};
+pub use markov::{Chain, Setting, Splat};
 pub use options::{Direct, MltOptions, Shares};
 pub use schedule::{Generation, Mlt};
 pub use seeding::{Batch, Seed, replay, seed_group};
