@@ -221,6 +221,10 @@ impl<const N: usize> Path<N> {
     /// Multiplies the spectra of all vertices. False if the path carries nothing in any lane.
     #[inline]
     pub fn measure(&mut self, pool: &Pool<N>) -> bool {
+        // A delta light is not seen itself: its image would be a point on the raster that no camera ray can find.
+        if self.k() == 1 && !Emitters::can_be_hit(pool.get(self.slots[0])) {
+            return false;
+        }
         let mut s = Spectrum::ONE;
         let mut exp = 0;
         for (i, link) in self.links.iter().enumerate() {
