@@ -16,6 +16,8 @@ pub struct Splat {
     pub xyz: [f32; 3],
     /// Expected number of steps spent here.
     pub weight: f32,
+    /// Edges of the path, so that a run can be judged by path length: an image's mean is b whatever the chain does.
+    pub edges: u32,
 }
 
 /// A chain with its current path.
@@ -190,5 +192,6 @@ fn of<const N: usize>(p: &Path<N>, weight: f64) -> Splat {
         raster: p.raster,
         xyz: p.color(),
         weight: weight as f32,
+        edges: p.k() as u32,
     }
 }

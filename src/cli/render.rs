@@ -215,7 +215,7 @@ pub fn run(args: &RenderArgs) -> Result<ExitCode, CliError> {
             .for_each(|w| eprintln!("warning: {w}"));
     }
     let job = Job::new(args, &mut scene)?;
-    for o in &job.outputs {
+    for o in job.outputs.iter().chain(&args.stats) {
         crate::output::check_writable(o)?;
     }
     let loaded = start.elapsed();

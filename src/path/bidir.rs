@@ -1,7 +1,6 @@
 //! Bidirectional sampling: a light and an eye sub-path, and every path x_{s,t} that joins them (Veach chapter 10).
 
-use super::sequence::Pool;
-use super::{Emitters, Path, Tally, Vertex, World, walk::Walk};
+use super::{Emitters, Path, Pool, Tally, Vertex, World, walk::Walk};
 use crate::accel::Accel;
 use crate::sampling::Rng;
 use crate::scatter::{Mode, Transport};

@@ -1,6 +1,6 @@
 //! A path as indices into a pool of vertices, with its links and the densities of all its bidirectional strategies.
 
-use super::{Emitters, Link, Vertex, World, scatter_terms};
+use super::{Emitters, Link, Pool, World, scatter_terms};
 use crate::accel::Accel;
 use crate::scatter::Mode;
 use crate::scene::spectrum::{Lanes, Spectrum};
@@ -14,62 +14,6 @@ pub struct Ends {
     pub light: usize,
     /// Kept vertices x_m … xk on the eye side: k + 1 − m.
     pub eye: usize,
-}
-
-/// Vertices shared by the paths of one chain.
-pub struct Pool<const N: usize> {
-    slots: Vec<Vertex<N>>,
-    free: Vec<u16>,
-}
-
-impl<const N: usize> Pool<N> {
-    /// Room for `capacity` vertices.
-    pub fn new(capacity: usize) -> Self {
-        let blank = Vertex::bare(
-            super::Kind::Point,
-            glam::Vec3::ZERO,
-            glam::Vec3::ZERO,
-            crate::scene::NONE,
-        );
-        Self {
-            slots: vec![blank; capacity],
-            free: (0..capacity as u16).rev().collect(),
-        }
-    }
-
-    /// Stores a vertex.
-    #[inline]
-    pub fn put(&mut self, v: Vertex<N>) -> u16 {
-        let i = self
-            .free
-            .pop()
-            .expect("a pool holds two paths of the greatest length");
-        self.slots[i as usize] = v;
-        i
-    }
-
-    /// Gives slots back.
-    #[inline]
-    pub fn release(&mut self, slots: &[u16]) {
-        self.free.extend_from_slice(slots);
-    }
-
-    /// The vertex in a slot.
-    #[inline]
-    pub fn get(&self, i: u16) -> &Vertex<N> {
-        &self.slots[i as usize]
-    }
-
-    /// Gives all slots back.
-    pub fn reset(&mut self) {
-        self.free.clear();
-        self.free.extend((0..self.slots.len() as u16).rev());
-    }
-
-    /// Number of free slots.
-    pub fn free_slots(&self) -> usize {
-        self.free.len()
-    }
 }
 
 /// p_d1: the probability weight of deleting a sub-path of `d` ≥ 1 edges (Veach 11.4.2).
@@ -277,6 +221,10 @@ impl<const N: usize> Path<N> {
     /// Multiplies the spectra of all vertices. False if the path carries nothing in any lane.
     #[inline]
     pub fn measure(&mut self, pool: &Pool<N>) -> bool {
+        // A delta light is not seen itself: its image would be a point on the raster that no camera ray can find.
+        if self.k() == 1 && !Emitters::can_be_hit(pool.get(self.slots[0])) {
+            return false;
+        }
         let mut s = Spectrum::ONE;
         let mut exp = 0;
         for (i, link) in self.links.iter().enumerate() {

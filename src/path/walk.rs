@@ -1,8 +1,7 @@
 //! Random walks: the sub-paths of bidirectional sampling.
 
-use super::sequence::Pool;
 use super::trace::trace_ray;
-use super::{Kind, Tally, World, scatter, scatter_terms};
+use super::{Kind, Pool, Tally, World, scatter, scatter_terms};
 use crate::accel::{Accel, offset_origin};
 use crate::sampling::Rng;
 use crate::scatter::{Mode, Transport};
