@@ -144,6 +144,7 @@ impl<'a> Embree<'a> {
     /// Builds over all primitives of `geometry`.
     pub fn new(geometry: &'a Geometry, options: EmbreeOptions) -> Result<Self, EmbreeError> {
         validate(geometry).map_err(EmbreeError::Geometry)?;
+        super::surface::prepare(geometry);
         let start = Instant::now();
         let device = Device::new(options.threads)?;
         let user = Box::new(sys::mlx_user {

@@ -44,6 +44,7 @@ impl Boundable for Bounds {
 impl<'a> Obvhs<'a> {
     /// Builds over all primitives of `geometry`. The build uses one thread, and is the same every time.
     pub fn new(geometry: &'a Geometry) -> Self {
+        super::surface::prepare(geometry);
         let mut reach = 0f32;
         let boxes: Vec<Bounds> = (0..geometry.prim_count() as u32)
             .map(|p| {

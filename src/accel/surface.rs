@@ -34,6 +34,19 @@ pub struct Surface {
     pub dpdu: Vec3,
 }
 
+/// Computes every triangle's plane once; a backend calls this when it is built.
+pub fn prepare(geometry: &Geometry) {
+    geometry.planes.get_or_init(|| {
+        let triangles = 0..geometry.triangles.len() as u32;
+        triangles
+            .map(|t| {
+                let [p0, p1, p2] = geometry.corners(t);
+                plane(p0, p1, p2)
+            })
+            .collect()
+    });
+}
+
 /// The surface at a hit of `ray`.
 #[inline]
 pub fn surface(geometry: &Geometry, hit: &Hit, ray: &Ray) -> Surface {
@@ -50,8 +63,10 @@ pub fn surface_at(geometry: &Geometry, prim: u32, b1: f32, b2: f32) -> Surface {
     let b0 = 1.0 - b1 - b2;
     let (q0, q1, q2) = (p0 * b0, p1 * b1, p2 * b2);
     let shape = &geometry.shapes[geometry.prim_shape[prim as usize] as usize];
-    let (cross, plane_error) = plane(p0, p1, p2);
-    let ng = cross.as_vec3();
+    let (ng, plane_error) = match geometry.planes.get() {
+        Some(planes) => planes[prim as usize],
+        None => plane(p0, p1, p2),
+    };
     let p = q0 + q1 + q2;
     let rounding = gamma(7) * (q0.abs() + q1.abs() + q2.abs()).max_element();
 
@@ -90,7 +105,7 @@ pub fn surface_at(geometry: &Geometry, prim: u32, b1: f32, b2: f32) -> Surface {
 /// with |N| = L·h: a distance of 4u·L + 16u·L²/h. Past a needle of h/L = 10⁻³ that exceeds the width of the triangle;
 /// there the offset stays at h/8, and `closest` asks again instead.
 #[inline]
-fn plane(p0: Vec3, p1: Vec3, p2: Vec3) -> (DVec3, f32) {
+fn plane(p0: Vec3, p1: Vec3, p2: Vec3) -> (Vec3, f32) {
     // In f64 because the squares of small scenes underflow f32.
     let (p0, p1, p2) = (p0.as_dvec3(), p1.as_dvec3(), p2.as_dvec3());
     let (a, b, c) = (p1 - p0, p2 - p0, p2 - p1);
@@ -101,13 +116,13 @@ fn plane(p0: Vec3, p1: Vec3, p2: Vec3) -> (DVec3, f32) {
         .max(b.length_squared())
         .max(c.length_squared());
     if area2 == 0.0 {
-        return (a.as_vec3().any_normal().as_dvec3(), 0.0);
+        return (a.as_vec3().any_normal(), 0.0);
     }
     let longest = longest2.sqrt();
     let height = area2 / longest;
     let u = ROUNDOFF as f64;
     let bound = 4.0 * u * longest + (16.0 * u * longest2 / height).min(0.125 * height);
-    (cross / area2, bound as f32)
+    ((cross / area2).as_vec3(), bound as f32)
 }
 
 /// A unit normal to a vector, also to 0.

@@ -44,20 +44,19 @@ pub struct Setting<'a, A: Accel> {
 
 /// The probability with which each strategy is chosen at a path: zero where it does not suit.
 #[inline]
-fn choice<const N: usize>(
-    options: &MltOptions,
-    x: &mut Path<N>,
+fn choice<const N: usize, A: Accel>(
+    set: &Setting<A>,
+    x: &Path<N>,
     pool: &Pool<N>,
 ) -> ([f64; 3], f64) {
-    let s = options.shares.0;
+    let s = set.options.shares.0;
     let mut w = [0.0; 3];
-    if s[0] > 0.0 && Bidirectional::suits(x) {
-        w[0] = s[0];
-    }
+    // Asking whether some strategy could make x costs as much as the mutation; where none can, it fails and is a rejection.
+    w[0] = s[0];
     if s[1] > 0.0 && LensPerturbation::suits(x, pool).is_some() {
         w[1] = s[1];
     }
-    if s[2] > 0.0 && Wavelength::suits(x, pool) {
+    if s[2] > 0.0 && Wavelength::suits(set.world.dispersive, x, pool) {
         w[2] = s[2];
     }
     (w, w.iter().sum())
@@ -101,7 +100,7 @@ impl<const N: usize> Chain<N> {
     pub fn step<A: Accel>(&mut self, set: &Setting<A>, splat: &mut impl FnMut(Splat)) {
         self.rng.set_step(self.step);
         self.step += 1;
-        let (w, total) = choice(set.options, &mut self.x, &self.ws.pool);
+        let (w, total) = choice(set, &self.x, &self.ws.pool);
         let mut accepted = false;
         let mut a = 0.0;
         if total > 0.0 {
@@ -135,7 +134,7 @@ impl<const N: usize> Chain<N> {
             };
             if let Some(ratio) = ratio {
                 self.stats.strategies[chosen].constructed += 1;
-                let (wy, total_y) = choice(set.options, &mut self.ws.y, &self.ws.pool);
+                let (wy, total_y) = choice(set, &self.ws.y, &self.ws.pool);
                 let ratio = ratio * (wy[chosen] / total_y) / (w[chosen] / total);
                 if self.stats.tally.check(ratio) {
                     a = ratio.min(1.0);

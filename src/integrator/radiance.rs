@@ -49,9 +49,9 @@ pub fn radiance<const N: usize, A: Accel>(
                 let weight = match last_pdf {
                     None => 1.0,
                     Some(p) => {
-                        let d2 = x.towards(&v).1;
-                        let light =
-                            world.emitters.pdf_point(world.scene, &v) * d2 / v.cos(w).max(1e-30);
+                        let inv_d2 = x.towards(&v).1;
+                        let light = world.emitters.pdf_point(world.scene, &v)
+                            / (inv_d2 * v.cos(w)).max(1e-300);
                         p / (p + light)
                     }
                 };
@@ -108,7 +108,7 @@ fn direct<const N: usize, A: Accel>(
     let Some(x0) = world.emitters.sample_point(world.scene, lanes, rng) else {
         return Spectrum::ZERO;
     };
-    let (w_l, d2) = x.towards(&x0);
+    let (w_l, inv_d2) = x.towards(&x0);
     let le = world.emitters.radiance(world.scene, lanes, &x0, -w_l);
     if le.is_black() {
         return le;
@@ -118,9 +118,9 @@ fn direct<const N: usize, A: Accel>(
         return Spectrum::ZERO;
     }
     let pdf = world.emitters.pdf_point(world.scene, &x0);
-    let g = x.cos(w_l) * x0.cos(w_l) / d2;
+    let g = x.cos(w_l) * x0.cos(w_l) * inv_d2;
     let weight = if Emitters::can_be_hit(&x0) {
-        let other = t.pdf_e * x0.cos(w_l) / d2;
+        let other = t.pdf_e * x0.cos(w_l) * inv_d2;
         pdf / (pdf + other)
     } else {
         1.0

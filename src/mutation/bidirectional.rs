@@ -177,19 +177,15 @@ fn sample_deletion<const N: usize>(x: &Path<N>, u: f64, weigh: bool) -> Option<E
 }
 
 impl Bidirectional {
-    /// Some strategy could make x.
-    #[inline]
-    pub fn suits<const N: usize>(x: &mut Path<N>) -> bool {
-        x.strategies()
-    }
-
     /// Proposes y in `ws.y`; see [`super`].
     pub fn propose<const N: usize, A: Accel>(
         x: &mut Path<N>,
         ws: &mut Workspace<N>,
         ctx: &mut Context<A>,
     ) -> Option<f64> {
-        x.strategies();
+        if !x.strategies() {
+            return None;
+        }
         let ends = sample_deletion(x, ctx.rng.next_f64(), ctx.weigh_deletions)?;
         let (a, n) = (ends.light, x.slots.len() + 1);
         let kd = n - a - ends.eye;

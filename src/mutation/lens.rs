@@ -9,14 +9,9 @@
 use super::falsify::{Density, factor, odd_row};
 use super::{Context, Workspace};
 use crate::accel::Accel;
-use crate::path::{Ends, Kind, Path, Pool, deflect, trace};
+use crate::path::{Ends, Kind, Path, Pool, deflect, exp2i, trace};
 use crate::scatter::{Mode, Transport};
 use glam::Vec2;
-
-/// Smallest distance moved, pixels.
-pub(super) const R1: f32 = 0.1;
-/// Area of the disk of largest distance, as part of the image.
-pub(super) const R2_AREA: f64 = 0.05;
 
 /// See the module.
 pub struct LensPerturbation;
@@ -45,8 +40,8 @@ impl LensPerturbation {
         let world = ctx.world;
         let first = Self::suits(x, &ws.pool)?;
         let k = x.k();
-        let r2 = (R2_AREA * world.lens.image_area / std::f64::consts::PI).sqrt() as f32;
-        let r = r2 * (-(r2 / R1).max(1.0).ln() * ctx.rng.next_f32()).exp();
+        let r =
+            world.lens.perturbation * (-world.lens.perturbation_range * ctx.rng.next_f32()).exp();
         let (sin, cos) = (2.0 * std::f32::consts::PI * ctx.rng.next_f32()).sin_cos();
         let raster = x.raster + Vec2::new(cos, sin) * r;
         if !world.lens.contains(raster) {
@@ -96,7 +91,7 @@ impl LensPerturbation {
     /// T(y→x)·τ(y) / (T(x→y)·τ(x)) of paths that differ from vertex `first` on.
     #[inline]
     pub(crate) fn ratio<const N: usize>(x: &Path<N>, y: &Path<N>, first: usize) -> f64 {
-        let scale = 2f64.powi(y.shape_exp - x.shape_exp);
+        let scale = exp2i(y.shape_exp - x.shape_exp);
         let density = |p: &Path<N>| factor(Density::Lens, odd_row(p));
         changed(y, first) / changed(x, first) * scale * density(x) / density(y)
     }

@@ -127,6 +127,6 @@ impl<A: Accel> Context<'_, A> {
     pub fn carries<const N: usize>(&self, y: &mut Path<N>, pool: &Pool<N>) -> bool {
         !(self.indirect_only && y.is_direct())
             && self.world.lens.contains(y.raster)
-            && y.measure(pool)
+            && y.measure(self.world, pool)
     }
 }

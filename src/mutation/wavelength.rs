@@ -6,7 +6,7 @@
 use super::falsify::{Density, factor};
 use super::{Context, Workspace};
 use crate::accel::Accel;
-use crate::path::{Ends, Path, Pool};
+use crate::path::{Ends, Path, Pool, exp2i};
 use crate::scatter::Mode;
 use crate::scene::spectrum::Lanes;
 
@@ -14,13 +14,15 @@ use crate::scene::spectrum::Lanes;
 pub struct Wavelength;
 
 impl Wavelength {
-    /// No dispersive delta on the path.
+    /// No dispersive delta on the path (`dispersive`: the scene has such materials at all).
     #[inline]
-    pub fn suits<const N: usize>(x: &Path<N>, pool: &Pool<N>) -> bool {
-        !x.slots
-            .iter()
-            .zip(&x.links)
-            .any(|(&s, l)| l.mode != Mode::NonSpecular && pool.get(s).bsdf.is_dispersive())
+    pub fn suits<const N: usize>(dispersive: bool, x: &Path<N>, pool: &Pool<N>) -> bool {
+        !dispersive
+            || !x
+                .slots
+                .iter()
+                .zip(&x.links)
+                .any(|(&s, l)| l.mode != Mode::NonSpecular && pool.get(s).bsdf.is_dispersive())
     }
 
     /// Proposes y in `ws.y`; see [`super`].
@@ -53,6 +55,6 @@ impl Wavelength {
     #[inline]
     pub(crate) fn ratio<const N: usize>(x: &Path<N>, y: &Path<N>) -> f64 {
         let density = |p: &Path<N>| factor(Density::Wavelength, p.lanes.u < 0.5);
-        y.shape_tau / x.shape_tau * 2f64.powi(y.shape_exp - x.shape_exp) * density(x) / density(y)
+        y.shape_tau / x.shape_tau * exp2i(y.shape_exp - x.shape_exp) * density(x) / density(y)
     }
 }

@@ -197,7 +197,7 @@ impl<const N: usize> Sampler<N> {
             y.links[s].mode = Mode::NonSpecular;
             y.relink(world, pool, s - 1, s);
         }
-        if (indirect_only && y.is_direct()) || !y.measure(pool) {
+        if (indirect_only && y.is_direct()) || !y.measure(world, pool) {
             return None;
         }
         if t == 1 && !world.lens.contains(y.raster) {

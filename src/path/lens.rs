@@ -8,6 +8,11 @@ use crate::sampling::warp;
 use crate::scene::{Camera, FilterSettings, NONE};
 use glam::{Vec2, Vec3};
 
+/// r1: the smallest distance a lens perturbation moves a raster point, pixels (Veach 11.4.3.1).
+const R1: f32 = 0.1;
+/// π·r2² as part of the image.
+const R2_AREA: f32 = 0.05;
+
 /// A camera made ready for light transport.
 #[derive(Clone, Debug)]
 pub struct Lens {
@@ -27,8 +32,10 @@ pub struct Lens {
     pub hi: Vec2,
     /// Area of the raster domain, px².
     pub raster_area: f64,
-    /// Diagonal-free size of the full image, px² (for perturbation radii).
-    pub image_area: f64,
+    /// r2: the largest distance a lens perturbation moves a raster point, pixels.
+    pub perturbation: f32,
+    /// ln(r2/r1).
+    pub perturbation_range: f32,
 }
 
 impl Lens {
@@ -41,6 +48,7 @@ impl Lens {
             Vec2::new(c.crop[0] as f32 + 0.5, c.crop[1] as f32 + 0.5) - r.max(Vec2::splat(0.5));
         let hi =
             Vec2::new(c.crop[2] as f32 - 0.5, c.crop[3] as f32 - 0.5) + r.max(Vec2::splat(0.5));
+        let r2 = (R2_AREA * res.element_product() / std::f32::consts::PI).sqrt();
         Self {
             position: c.position,
             right: c.axes.x_axis,
@@ -53,7 +61,8 @@ impl Lens {
             lo,
             hi,
             raster_area: (hi - lo).as_dvec2().element_product(),
-            image_area: res.as_dvec2().element_product(),
+            perturbation: r2,
+            perturbation_range: (r2 / R1).max(1.0).ln(),
         }
     }
 

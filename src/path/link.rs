@@ -13,8 +13,8 @@ pub struct Link<const N: usize> {
     pub fs: Spectrum<N>,
     /// Unit direction of the edge i → i+1.
     pub dir: Vec3,
-    /// Squared length of that edge; 1 if it goes to infinity.
-    pub d2: f64,
+    /// 1 / squared length of that edge; 1 if it goes to infinity.
+    pub inv_d2: f64,
     /// Geometry term of that edge.
     pub g: f64,
     /// Area density of x_i when generated from the light side.
@@ -34,7 +34,7 @@ impl<const N: usize> Default for Link<N> {
         Self {
             fs: Spectrum::ZERO,
             dir: Vec3::ZERO,
-            d2: 1.0,
+            inv_d2: 1.0,
             g: 0.0,
             pl: 0.0,
             pe: 0.0,

@@ -24,7 +24,7 @@ pub use emitter::Emitters;
 pub use lens::Lens;
 pub use link::{Link, ScatterTerms, scatter_terms};
 pub use pool::Pool;
-pub use sequence::{Ends, Path, deletion_length};
+pub use sequence::{Ends, Path, deletion_length, exp2i};
 pub use tally::{Fault, Tally};
 pub use trace::{deflect, scatter, trace, trace_ray};
 pub use vertex::{Kind, Vertex};

@@ -22,8 +22,26 @@ pub fn deletion_length(d: usize) -> f64 {
     match d {
         1 => 0.25,
         2 => 0.5,
-        _ => 0.5f64.powi(d as i32),
+        _ => HALVES[d.min(63)],
     }
+}
+
+/// 2^−i, i = 0 … 63; beyond that a sub-path is never deleted at once.
+static HALVES: [f64; 64] = {
+    let mut t = [1.0; 64];
+    let mut i = 1;
+    while i < 63 {
+        t[i] = t[i - 1] * 0.5;
+        i += 1;
+    }
+    t[63] = 0.0;
+    t
+};
+
+/// 2^e.
+#[inline]
+pub fn exp2i(e: i32) -> f64 {
+    if e == 0 { 1.0 } else { 2f64.powi(e) }
 }
 
 /// A path x0 … xk.
@@ -47,6 +65,8 @@ pub struct Path<const N: usize> {
     pub rho: Vec<f64>,
     /// Prefix sums of `rho`: `sum[j] = Σ_{s<j} rho[s]`.
     pub sum: Vec<f64>,
+    /// Prefix sums of `sum`.
+    area: Vec<f64>,
     /// τ of the unweighted contribution C*_{s,t} is `total / rho[s]`.
     pub total: f64,
     /// `deletion[d]`: Σ over all sub-paths of d edges of p_d1·p_d2 (Veach 11.4.2 and 11.5.4), index 0 unused.
@@ -70,6 +90,7 @@ impl<const N: usize> Path<N> {
             raster: Vec2::ZERO,
             rho: Vec::with_capacity(max_edges + 2),
             sum: Vec::with_capacity(max_edges + 3),
+            area: Vec::with_capacity(max_edges + 4),
             total: 0.0,
             deletion: Vec::with_capacity(max_edges + 3),
             deletion_sum: 0.0,
@@ -164,11 +185,11 @@ impl<const N: usize> Path<N> {
 
     fn edge(&mut self, pool: &Pool<N>, i: usize) {
         let (p, q) = (pool.get(self.slots[i]), pool.get(self.slots[i + 1]));
-        let (dir, d2) = p.towards(q);
+        let (dir, inv_d2) = p.towards(q);
         let link = &mut self.links[i];
         link.dir = dir;
-        link.d2 = d2;
-        link.g = p.cos(dir) * q.cos(dir) / d2;
+        link.inv_d2 = inv_d2;
+        link.g = p.cos(dir) * q.cos(dir) * inv_d2;
     }
 
     fn scatter<A: Accel>(&mut self, world: &World<A>, pool: &Pool<N>, i: usize) {
@@ -181,8 +202,12 @@ impl<const N: usize> Path<N> {
             let link = &mut self.links[0];
             link.fs = world.emitters.radiance(world.scene, &self.lanes, x, dir);
             link.pl = world.emitters.pdf_point(world.scene, x);
-            let d2 = link.d2;
-            self.links[1].pl = if k > 1 { pdf * next.cos(dir) / d2 } else { 0.0 };
+            let inv_d2 = link.inv_d2;
+            self.links[1].pl = if k > 1 {
+                pdf * next.cos(dir) * inv_d2
+            } else {
+                0.0
+            };
         } else if i == k {
             let e = self.links[k - 1];
             let prev = pool.get(self.slots[k - 1]);
@@ -190,8 +215,9 @@ impl<const N: usize> Path<N> {
             self.links[k].fs = Spectrum::splat(world.lens.importance(cos) as f32);
             self.links[k].pe = world.lens.pdf_vertex();
             self.links[k - 1].pe = if k > 1 || Emitters::can_be_hit(prev) {
-                world.lens.raster_per_solid_angle(cos) / world.lens.raster_area * prev.cos(e.dir)
-                    / e.d2
+                world.lens.raster_per_solid_angle(cos) / world.lens.raster_area
+                    * prev.cos(e.dir)
+                    * e.inv_d2
             } else {
                 0.0
             };
@@ -206,12 +232,12 @@ impl<const N: usize> Path<N> {
             link.prob_e = t.prob_e;
             // The lens is not a surface that a light sub-path could hit.
             self.links[i + 1].pl = if i + 1 < k {
-                t.pdf_l * next.cos(e1.dir) / e1.d2
+                t.pdf_l * next.cos(e1.dir) * e1.inv_d2
             } else {
                 0.0
             };
             self.links[i - 1].pe = if i > 1 || Emitters::can_be_hit(prev) {
-                t.pdf_e * prev.cos(e0.dir) / e0.d2
+                t.pdf_e * prev.cos(e0.dir) * e0.inv_d2
             } else {
                 0.0
             };
@@ -220,7 +246,7 @@ impl<const N: usize> Path<N> {
 
     /// Multiplies the spectra of all vertices. False if the path carries nothing in any lane.
     #[inline]
-    pub fn measure(&mut self, pool: &Pool<N>) -> bool {
+    pub fn measure<A: Accel>(&mut self, world: &World<A>, pool: &Pool<N>) -> bool {
         // A delta light is not seen itself: its image would be a point on the raster that no camera ray can find.
         if self.k() == 1 && !Emitters::can_be_hit(pool.get(self.slots[0])) {
             return false;
@@ -244,7 +270,8 @@ impl<const N: usize> Path<N> {
                 }
             }
         }
-        if N > 1 && self.slots.iter().any(|&v| pool.get(v).bsdf.is_dispersive()) {
+        if N > 1 && world.dispersive && self.slots.iter().any(|&v| pool.get(v).bsdf.is_dispersive())
+        {
             let hero = s[0] * N as f32;
             s = Spectrum::ZERO;
             s.0[0] = hero;
@@ -263,25 +290,39 @@ impl<const N: usize> Path<N> {
         self.lanes.xyz.map(|w| self.shape.dot(w) * inv)
     }
 
-    /// Computes `rho`, `sum` and `total`. False if no strategy can make this path.
+    /// Computes `rho`, `sum`, `total` and the weights of deletions. False if no strategy can make this path.
     #[inline]
     pub fn strategies(&mut self) -> bool {
-        if self.known {
-            return self.sum[self.links.len() + 1] > 0.0;
+        if !self.known {
+            self.weigh_strategies();
+            self.weigh_deletions();
+            self.known = true;
         }
+        self.sum[self.rho.len()] > 0.0
+    }
+
+    fn weigh_strategies(&mut self) {
         let k = self.k();
         // The first strategy whose eye part has positive density; going up from it divides by positive numbers only.
         let mut first = k + 1;
         while first > 0 && self.links[first - 1].pe > 0.0 {
             first -= 1;
         }
-        let mut possible = self.links[..first].iter().all(|l| l.pl > 0.0);
+        let possible = self.links[..first].iter().all(|l| l.pl > 0.0);
         self.rho.clear();
-        self.rho.resize(first, 0.0);
-        let mut p = if possible { 1.0 } else { 0.0 };
+        self.rho.resize(k + 2, 0.0);
+        self.sum.clear();
+        self.sum.resize(k + 3, 0.0);
+        self.total = 0.0;
+        if !possible {
+            return;
+        }
         let mut scale = 1.0f64;
+        let mut p = 1.0;
         for s in first..=k + 1 {
-            self.rho.push(if self.connects(s) { p } else { 0.0 });
+            if self.connects(s) {
+                self.rho[s] = p;
+            }
             if s <= k {
                 p *= self.links[s].pl / self.links[s].pe;
                 if p > 1e200 {
@@ -291,40 +332,35 @@ impl<const N: usize> Path<N> {
                 }
             }
         }
-        self.total = if possible {
-            self.contribution(first) * scale
-        } else {
-            0.0
-        };
-        self.sum.clear();
+        self.total = self.contribution(first) * scale;
         let mut acc = 0.0;
-        self.sum.push(0.0);
-        for &r in &self.rho {
+        for (sum, r) in self.sum[1..].iter_mut().zip(&self.rho) {
             acc += r;
-            self.sum.push(acc);
+            *sum = acc;
         }
-        self.weigh_deletions();
-        self.known = true;
-        possible &= acc > 0.0;
-        possible
     }
 
     /// p_d1·p_d2 summed over the sub-paths of each length.
     fn weigh_deletions(&mut self) {
         let n = self.rho.len();
+        self.area.clear();
+        let mut acc = 0.0;
+        self.area.push(acc);
+        for &s in &self.sum {
+            acc += s;
+            self.area.push(acc);
+        }
         self.deletion.clear();
         self.deletion.push(0.0);
-        self.deletion_sum = 0.0;
+        let mut total = 0.0;
         for d in 1..=n {
-            let parts: f64 = self.sum[d..]
-                .iter()
-                .zip(&self.sum)
-                .map(|(hi, lo)| hi - lo)
-                .sum();
-            let w = deletion_length(d) * parts;
+            // Σ_a (sum[a+d] − sum[a]): all but the first d entries less all but the last d.
+            let parts = (acc - self.area[d]) - self.area[n + 1 - d];
+            let w = deletion_length(d) * parts.max(0.0);
             self.deletion.push(w);
-            self.deletion_sum += w;
+            total += w;
         }
+        self.deletion_sum = total;
     }
 
     /// A connection (or the absence of one at the ends) is possible after `s` light vertices.
@@ -355,7 +391,7 @@ impl<const N: usize> Path<N> {
         if s <= k {
             c /= l[k].pe;
         }
-        c * self.shape_tau * 2f64.powi(self.shape_exp)
+        c * self.shape_tau * exp2i(self.shape_exp)
     }
 
     /// Two neighbours see each other, asked of the scene.

@@ -102,7 +102,7 @@ impl<const N: usize> Vertex<N> {
         v
     }
 
-    /// Unit direction, squared distance to another vertex; distance 1 to a vertex at infinity, so that it drops out.
+    /// Unit direction and 1/distance² to another vertex; distance 1 to a vertex at infinity, so that it drops out.
     #[inline]
     pub fn towards(&self, other: &Self) -> (Vec3, f64) {
         if other.kind == Kind::Infinite {
@@ -112,8 +112,12 @@ impl<const N: usize> Vertex<N> {
             return (-self.p, 1.0);
         }
         let d = other.p - self.p;
-        let d2 = d.as_dvec3().length_squared();
-        (d * (1.0 / d2.sqrt()) as f32, d2)
+        let d2 = d.length_squared();
+        if !(1e-30..=1e30).contains(&d2) {
+            let inv = 1.0 / d.as_dvec3().length_squared();
+            return ((d.as_dvec3() * inv.sqrt()).as_vec3(), inv);
+        }
+        (d * d2.sqrt().recip(), 1.0 / d2 as f64)
     }
 
     /// The normal that visibility rays leave along; 0 off surfaces.

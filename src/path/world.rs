@@ -2,7 +2,7 @@
 
 use super::{Emitters, Kind, Lens, Tally, Vertex};
 use crate::accel::{Accel, Ray, offset_origin, visible};
-use crate::scene::Scene;
+use crate::scene::{Material, Scene};
 use glam::Vec3;
 
 /// A scene made ready for light transport on a backend.
@@ -15,6 +15,8 @@ pub struct World<'a, A: Accel> {
     pub emitters: Emitters,
     /// Its camera.
     pub lens: Lens,
+    /// Some material bends light by its wavelength.
+    pub dispersive: bool,
     /// Most edges of a path.
     pub max_edges: usize,
 }
@@ -27,6 +29,7 @@ impl<'a, A: Accel> World<'a, A> {
             accel,
             emitters: Emitters::new(scene),
             lens: Lens::new(&scene.camera, &scene.settings.filter),
+            dispersive: scene.materials.iter().any(Material::is_dispersive),
             max_edges: max_depth as usize + 1,
         }
     }

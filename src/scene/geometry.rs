@@ -66,6 +66,8 @@ pub struct Geometry {
     pub prim_light: Vec<u32>,
     /// Shapes.
     pub shapes: Vec<Shape>,
+    /// Unit normal of each triangle and how far an origin must stand off its plane; a backend fills it when built.
+    pub planes: std::sync::OnceLock<Vec<(Vec3, f32)>>,
 }
 
 impl Geometry {

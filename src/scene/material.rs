@@ -76,6 +76,14 @@ pub enum Material {
 }
 
 impl Material {
+    /// Directions depend on the wavelength: a transmissive lobe whose index is not constant.
+    pub fn is_dispersive(&self) -> bool {
+        match self {
+            Self::Dielectric { eta, .. } | Self::CoatedDiffuse { eta, .. } => !eta.is_constant(),
+            _ => false,
+        }
+    }
+
     /// Scattering depends on the direction of the tangent.
     pub fn is_anisotropic(&self) -> bool {
         match self {

@@ -5,7 +5,6 @@ use super::scenes::{BOX, Cell, FAMILIES, GLASS, GLOSSY, Room, Seeds, copy, image
 use super::stats::{Compared, ENOUGH, Moments, Verdict};
 use super::{propose, suits};
 use crate::integrator::{Paths, radiance};
-use crate::mutation::lens::{R1, R2_AREA};
 use crate::mutation::{Bidirectional, Context, LensPerturbation, Strategy, Workspace};
 use crate::path::{
     Emitters, Ends, Heuristic, Path, Pool, Sampler, Tally, Vertex, deflect, scatter_terms, trace,
@@ -276,8 +275,8 @@ fn lens<const N: usize>(inside: &str, aperture: f32, specular: usize, least: f64
             inner == specular && first >= 2 && (x.raster - middle).abs().max_element() < 8.0
         });
         let first = LensPerturbation::suits(&x, &ws.pool).expect("found");
-        let r2 = (R2_AREA * world.lens.image_area / PI).sqrt();
-        let spread = (r2 / R1 as f64).ln();
+        let r2 = world.lens.perturbation as f64;
+        let spread = world.lens.perturbation_range as f64;
         let (mut sums, mut expected) = (Regions::default(), Regions::default());
         let mut now = Vec::new();
         let cell = |r: Vec2| [(2, image_cell(world, r)), (0, 0)];
@@ -301,7 +300,7 @@ fn lens<const N: usize>(inside: &str, aperture: f32, specular: usize, least: f64
         let mut tally = Tally::default();
         let here = through_chain(world, &x, &ws.pool, first, at, &mut tally).expect("x itself");
         let mut rng = Rng::new(0x9e, 101, 0, 0);
-        let (inner, outer) = ((R1 as f64).powi(2), r2 * r2);
+        let (inner, outer) = ((r2 * (-spread).exp()).powi(2), r2 * r2);
         for i in 0..300_000 {
             rng.set_step(i);
             let r = (inner + (outer - inner) * rng.next_f64()).sqrt() as f32;

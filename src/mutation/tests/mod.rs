@@ -19,9 +19,9 @@ const STRATEGIES: [Strategy; 3] = Strategy::ALL;
 
 fn suits<const N: usize>(s: Strategy, x: &mut Path<N>, pool: &Pool<N>) -> bool {
     match s {
-        Strategy::Bidirectional => Bidirectional::suits(x),
+        Strategy::Bidirectional => true,
         Strategy::Lens => LensPerturbation::suits(x, pool).is_some(),
-        Strategy::Wavelength => Wavelength::suits(x, pool),
+        Strategy::Wavelength => Wavelength::suits(false, x, pool),
     }
 }
 

@@ -144,7 +144,10 @@ fn rebuilt<const N: usize>(world: &Room, x: &Path<N>, pool: &Pool<N>) -> Path<N>
         y.push(slot, link.mode);
     }
     y.relink(world, pool, 0, x.k());
-    assert!(y.measure(pool), "a path of the chain carries nothing");
+    assert!(
+        y.measure(world, pool),
+        "a path of the chain carries nothing"
+    );
     assert!(y.strategies(), "a path of the chain has no strategy");
     y
 }
@@ -156,7 +159,7 @@ fn same<const N: usize>(x: &Path<N>, y: &Path<N>) {
         assert_eq!((a.pl, a.pe), (b.pl, b.pe), "densities of x{i}");
         assert_eq!((a.prob_l, a.prob_e), (b.prob_l, b.prob_e), "modes of x{i}");
         if i < x.k() {
-            assert_eq!((a.g, a.d2, a.dir), (b.g, b.d2, b.dir), "edge {i}");
+            assert_eq!((a.g, a.inv_d2, a.dir), (b.g, b.inv_d2, b.dir), "edge {i}");
         }
     }
     assert_eq!((x.shape, x.shape_exp), (y.shape, y.shape_exp));
