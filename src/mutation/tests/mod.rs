@@ -1,10 +1,11 @@
-//! The proof of the mutations (DESIGN §5): one suite for all strategies, on three small rooms.
+//! The proof of the mutations (DESIGN §5): one suite for all strategies, on four small rooms.
 //!
 //! A new strategy is one line in [`propose`] and [`ratio`], one in [`STRATEGIES`], and one false density in
 //! `falsify.rs` with its line in `flux.rs`.
 
 mod flux;
 mod integral;
+mod integral_lens;
 mod scenes;
 mod start_up;
 mod stats;

@@ -11,11 +11,23 @@ use glam::Vec2;
 /// What the suite runs on.
 pub(super) type Room<'a> = World<'a, Embree<'a>>;
 
+/// What stands in the box.
+#[derive(Clone, Copy)]
+pub(super) struct Contents {
+    inside: &'static str,
+    /// Without it the sky looks in.
+    ceiling: bool,
+}
+
 /// Diffuse vertices only.
-pub(super) const BOX: &str = "";
+pub(super) const BOX: Contents = Contents {
+    inside: "",
+    ceiling: true,
+};
 
 /// A glass ball, dispersive, and a mirror: (L|D)DS*E and its like.
-pub(super) const GLASS: &str = r#"
+pub(super) const GLASS: Contents = Contents {
+    inside: r#"
 Material "dielectric" "spectrum eta" "glass-BK7"
 AttributeBegin
   Translate 0.3 0.28 0.55
@@ -24,10 +36,13 @@ AttributeEnd
 Material "conductor" "rgb reflectance" [ 0.9 0.8 0.7 ]
 Shape "trianglemesh" "point3 P" [ 0.6 0.1 0.9  0.95 0.1 0.6  0.95 0.7 0.6  0.6 0.7 0.9 ]
   "integer indices" [ 0 1 2 0 2 3 ]
-"#;
+"#,
+    ceiling: true,
+};
 
 /// Rough metal and coated surfaces with and without a delta lobe.
-pub(super) const GLOSSY: &str = r#"
+pub(super) const GLOSSY: Contents = Contents {
+    inside: r#"
 Material "conductor" "float roughness" 0.25
 AttributeBegin
   Translate 0.3 0.25 0.6
@@ -39,10 +54,36 @@ Shape "trianglemesh" "point3 P" [ 0.6 0.1 0.9  0.95 0.1 0.6  0.95 0.7 0.6  0.6 0
 Material "coateddiffuse" "rgb reflectance" [ 0.6 0.2 0.2 ] "float roughness" 0
 Shape "trianglemesh" "point3 P" [ 0.05 0.02 0.05  0.05 0.02 0.95  0.95 0.02 0.95  0.95 0.02 0.05 ]
   "integer indices" [ 0 1 2 0 2 3 ]
-"#;
+"#,
+    ceiling: true,
+};
+
+/// A sky, a sun and a bulb; a rough glass ball, a pane, and a wall whose shading normals lean.
+pub(super) const OPEN: Contents = Contents {
+    inside: r#"
+LightSource "infinite" "rgb L" [ 0.4 0.5 0.7 ]
+LightSource "distant" "point3 from" [ 0.2 1 -0.3 ] "point3 to" [ 0 0 0 ] "rgb L" [ 2 1.8 1.5 ]
+LightSource "point" "point3 from" [ 0.8 0.7 0.3 ] "rgb I" [ 0.3 0.3 0.2 ]
+Material "dielectric" "float eta" 1.4 "float roughness" 0.2
+AttributeBegin
+  Translate 0.3 0.28 0.55
+  Shape "sphere" "float radius" 0.18
+AttributeEnd
+Material "thindielectric"
+Shape "trianglemesh" "point3 P" [ 0.5 0.05 0.5  0.9 0.05 0.6  0.9 0.5 0.6  0.5 0.5 0.5 ]
+  "integer indices" [ 0 1 2 0 2 3 ]
+Material "diffuse" "rgb reflectance" [ 0.5 0.5 0.2 ]
+Shape "trianglemesh" "point3 P" [ 0.6 0.1 0.9  0.95 0.1 0.7  0.95 0.7 0.7  0.6 0.7 0.9 ]
+  "normal N" [ -0.8 -0.3 -0.7  -0.1 -0.3 -1  -0.1 0.3 -1  -0.8 0.3 -0.7 ]
+  "integer indices" [ 0 1 2 0 2 3 ]
+"#,
+    ceiling: false,
+};
 
 /// A unit box whose walls are coloured, with a lamp under its ceiling.
-fn text(inside: &str, aperture: f32) -> String {
+fn text(contents: Contents, aperture: f32) -> String {
+    let inside = contents.inside;
+    let ceiling = if contents.ceiling { "4 5 6 4 6 7" } else { "" };
     format!(
         r#"
 Film "rgb" "integer xresolution" 24 "integer yresolution" 24 "string filename" "x.exr"
@@ -52,7 +93,7 @@ Camera "perspective" "float fov" 75 "float lensradius" {aperture} "float focaldi
 WorldBegin
 Material "diffuse" "rgb reflectance" [ 0.6 0.6 0.6 ]
 Shape "trianglemesh" "point3 P" [ 0 0 0  1 0 0  1 0 1  0 0 1  0 1 0  1 1 0  1 1 1  0 1 1 ]
-  "integer indices" [ 0 1 2 0 2 3 4 5 6 4 6 7 2 3 7 2 7 6 0 1 5 0 5 4 ]
+  "integer indices" [ 0 1 2 0 2 3 {ceiling} 2 3 7 2 7 6 0 1 5 0 5 4 ]
 Material "diffuse" "rgb reflectance" [ 0.6 0.1 0.1 ]
 Shape "trianglemesh" "point3 P" [ 0 0 0  0 0 1  0 1 1  0 1 0 ] "integer indices" [ 0 1 2 0 2 3 ]
 Material "diffuse" "rgb reflectance" [ 0.1 0.5 0.15 ]
@@ -70,13 +111,13 @@ AttributeEnd
 
 /// Calls `f` with a room; paths have at most `max_edges` edges.
 pub(super) fn with_room<R>(
-    inside: &str,
+    contents: Contents,
     aperture: f32,
     max_edges: usize,
     f: impl FnOnce(&Room) -> R,
 ) -> R {
     let scene = load_str(
-        &text(inside, aperture),
+        &text(contents, aperture),
         std::path::Path::new("."),
         &LoadOptions::default(),
     )

@@ -1,6 +1,6 @@
 //! What holds in every single step: kept positions, the pool's books, the densities, the way back.
 
-use super::scenes::{BOX, GLASS, GLOSSY, Room, Seeds, copy, with_room};
+use super::scenes::{BOX, Contents, GLASS, GLOSSY, OPEN, Room, Seeds, copy, with_room};
 use super::{STRATEGIES, propose, ratio, suits};
 use crate::chain::Direct;
 use crate::mutation::{Context, Strategy, Workspace};
@@ -113,8 +113,8 @@ fn all_moved(accepted: [u64; STRATEGIES.len()], least: u64) {
 
 #[test]
 fn kept_positions_keep_their_bits_and_no_slot_is_lost_in_a_million_steps() {
-    for (inside, aperture) in [(GLASS, 0.0), (GLOSSY, 0.03)] {
-        let accepted = with_room(inside, aperture, 6, |world| {
+    for (contents, aperture) in [(GLASS, 0.0), (GLOSSY, 0.03)] {
+        let accepted = with_room(contents, aperture, 6, |world| {
             walk::<4>(world, Direct::InChain, 500_000, |s, _| {
                 if s.index % 7 != 0 {
                     return;
@@ -171,8 +171,8 @@ fn same<const N: usize>(x: &Path<N>, y: &Path<N>) {
 }
 
 /// Densities on the way against densities from scratch, and the ratio of the way back.
-fn proposals_agree<const N: usize>(inside: &str, aperture: f32, direct: Direct) {
-    with_room(inside, aperture, 6, |world| {
+fn proposals_agree<const N: usize>(contents: Contents, aperture: f32, direct: Direct) {
+    with_room(contents, aperture, 6, |world| {
         let mut seen = [0u64; STRATEGIES.len()];
         let accepted = walk::<N>(world, direct, 150_000, |s, ctx| {
             let (x, y) = (
@@ -216,4 +216,9 @@ fn densities_and_ways_back_agree_among_specular_paths() {
 #[test]
 fn densities_and_ways_back_agree_among_glossy_vertices_under_a_thin_lens() {
     proposals_agree::<4>(GLOSSY, 0.03, Direct::Separate);
+}
+
+#[test]
+fn densities_and_ways_back_agree_under_a_sky_a_sun_and_a_bulb() {
+    proposals_agree::<4>(OPEN, 0.0, Direct::InChain);
 }
