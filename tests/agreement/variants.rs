@@ -1,0 +1,139 @@
+//! What must not change the image: the number of lanes and the region.
+
+use super::common::scene::{embree, of_file, of_text};
+use super::common::stats::{Estimate, Pair, agree};
+use super::materials::CAMERA;
+use super::{Judged, Limits, QUICK, Work, pairs, runs};
+use metrolux::chain::{Direct::Separate, MltOptions};
+use metrolux::integrator::{Bdpt, Budget, Quiet, bdpt, mlt, pt};
+use metrolux::path::{Heuristic, Tally, World};
+use metrolux::scene::{FilterKind, Scene};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Coloured walls, and a dispersive ball on whose paths only the hero wavelength counts.
+fn lanes_scene() -> Scene {
+    of_text(
+        16,
+        CAMERA,
+        r#"
+        Material "diffuse" "rgb reflectance" [ 0.7 0.2 0.4 ]
+        Shape "trianglemesh" "point3 P" [ -2 -2 0  2 -2 0  2 2 0  -2 2 0 ] "integer indices" [ 0 1 2 0 2 3 ]
+        AttributeBegin
+        AreaLightSource "diffuse" "rgb L" [ 5 4 1 ]
+        Shape "trianglemesh" "point3 P" [ -1 -1 2.2  -1 1 2.2  1 1 2.2  1 -1 2.2 ] "integer indices" [ 0 1 2 0 2 3 ]
+        AttributeEnd
+        Translate 0 0 0.5
+        Material "dielectric" "spectrum eta" "glass-F11"
+        Shape "sphere" "float radius" 0.45
+        "#,
+    )
+}
+
+#[test]
+fn lanes() {
+    let scene = lanes_scene();
+    let accel = embree(&scene);
+    let world = World::new(&scene, &accel, 3);
+    let work = Work {
+        steps: 15_000,
+        ..QUICK.work
+    };
+    let limits = Limits {
+        pt: 0.06,
+        mlt: 0.15,
+        ..QUICK.limits
+    };
+    let mut all = runs::<4, _>(&world, work, limits, &[Separate]);
+    let mut add = |n: usize, more: Vec<Judged>| {
+        all.extend(more.into_iter().map(|j| Judged {
+            name: format!("{}, {n} lanes", j.name),
+            ..j
+        }));
+    };
+    add(1, runs::<1, _>(&world, work, limits, &[Separate]));
+    add(8, runs::<8, _>(&world, work, limits, &[Separate]));
+    add(16, runs::<16, _>(&world, work, limits, &[Separate]));
+    agree("lanes", &pairs(&all, limits.tile));
+}
+
+/// Images of independent seeds.
+fn images(
+    seeds: Range<u64>,
+    render: impl Fn(u64, &mut Tally) -> Vec<[f64; 3]> + Sync,
+) -> Vec<Vec<[f64; 3]>> {
+    seeds
+        .into_par_iter()
+        .map(|seed| {
+            let mut tally = Tally::default();
+            let image = render(seed, &mut tally);
+            assert_eq!(tally.impossible(), 0, "{tally:?}");
+            image
+        })
+        .collect()
+}
+
+/// The images of the whole and of a region under a wide filter: the raster domain must reach beyond the region's border.
+#[test]
+fn a_region_is_its_part_of_the_whole() {
+    let mut scene = of_file("cornell/cornell.pbrt", 16, 16);
+    scene.settings.filter.kind = FilterKind::Gaussian { sigma: 0.8 };
+    scene.settings.filter.radius = [2.0, 1.5];
+    let crop = [5, 3, 11, 8];
+    let mut part = of_file("cornell/cornell.pbrt", 16, 16);
+    part.settings.filter = scene.settings.filter;
+    part.camera.crop = crop;
+    let (a, b) = (embree(&scene), embree(&part));
+    let whole = World::new(&scene, &a, 3);
+    let region = World::new(&part, &b, 3);
+    let what = Bdpt {
+        heuristic: Heuristic::Power,
+        indirect_only: false,
+    };
+    let options = MltOptions {
+        groups: 2,
+        chains: 4,
+        seeds: 2048,
+        ..MltOptions::default()
+    };
+    let mut all = Vec::new();
+    for name in ["pt", "bdpt", "mlt"] {
+        let render = |world: &World<_>, per_pixel: f64, seed: u64, tally: &mut Tally| {
+            let budget = Budget::PerPixel(per_pixel);
+            match name {
+                "pt" => pt::<4, _>(world, budget, seed, &Quiet, tally).0,
+                "bdpt" => bdpt::<4, _>(world, what, budget, seed, &Quiet, tally).0,
+                _ => mlt::<4, _>(world, &options, budget, seed, &Quiet, tally).image,
+            }
+        };
+        let n = if name == "mlt" { 800.0 } else { 128.0 };
+        let big = images(0..24, |s, t| render(&whole, n, s, t));
+        let small = images(100..124, |s, t| render(&region, 4.0 * n, s, t));
+        let [x0, y0, x1, y1] = crop.map(|v| v as usize);
+        // The four sides one pixel deep, where a border without its neighbourhood would lose half its light, and all.
+        for (part, [x0, y0, x1, y1]) in [
+            ("left", [x0, y0, x0 + 1, y1]),
+            ("right", [x1 - 1, y0, x1, y1]),
+            ("top", [x0, y0, x1, y0 + 1]),
+            ("bottom", [x0, y1 - 1, x1, y1]),
+            ("all", [x0, y0, x1, y1]),
+        ] {
+            let mean = |image: &[[f64; 3]], origin: [usize; 2], width: usize| {
+                let rows = (y0..y1).flat_map(|y| (x0..x1).map(move |x| (x, y)));
+                let at = |(x, y): (usize, usize)| image[(y - origin[1]) * width + x - origin[0]][1];
+                rows.map(at).sum::<f64>()
+            };
+            all.push(Pair {
+                name: format!("{name}, {part}"),
+                found: Estimate::of(
+                    small
+                        .iter()
+                        .map(|i| mean(i, [crop[0] as usize, crop[1] as usize], 6)),
+                ),
+                reference: Estimate::of(big.iter().map(|i| mean(i, [0, 0], 16))),
+                limit: 0.1,
+            });
+        }
+    }
+    agree("region", &all);
+}

@@ -1,0 +1,168 @@
+//! Same seed, same bits: for any number of threads, and for a time limit and the number of rounds it allowed.
+
+mod common;
+
+use common::scene::{embree, of_file};
+use metrolux::accel::{Embree, Obvhs};
+use metrolux::chain::{Direct, MltOptions};
+use metrolux::integrator::{Bdpt, Budget, Quiet, bdpt, mlt, pt};
+use metrolux::path::{Heuristic, Tally, World};
+use metrolux::scene::Scene;
+use std::time::Duration;
+
+/// An image's bits and the rounds it took.
+type Bits = (Vec<[u64; 3]>, u64);
+
+fn bits((image, rounds): (Vec<[f64; 3]>, u64)) -> Bits {
+    let bits = image.iter().map(|p| p.map(f64::to_bits)).collect();
+    (bits, rounds)
+}
+
+/// Which integrator: all are run through the same questions.
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    Pt,
+    Bdpt,
+    Mlt(Direct),
+}
+
+const KINDS: [Kind; 4] = [
+    Kind::Pt,
+    Kind::Bdpt,
+    Kind::Mlt(Direct::Separate),
+    Kind::Mlt(Direct::InChain),
+];
+
+/// Small groups and short generations, so that a few rounds cross several of them.
+fn options(direct: Direct) -> MltOptions {
+    MltOptions {
+        groups: 5,
+        chains: 3,
+        seeds: 128,
+        round: 32,
+        rounds_per_generation: 3,
+        direct,
+        ..MltOptions::default()
+    }
+}
+
+fn run(world: &World<Embree>, kind: Kind, budget: Budget, seed: u64) -> Bits {
+    let tally = &mut Tally::default();
+    bits(match kind {
+        Kind::Pt => pt::<4, _>(world, budget, seed, &Quiet, tally),
+        Kind::Bdpt => {
+            let what = Bdpt {
+                heuristic: Heuristic::Power,
+                indirect_only: false,
+            };
+            bdpt::<4, _>(world, what, budget, seed, &Quiet, tally)
+        }
+        Kind::Mlt(direct) => {
+            let r = mlt::<4, _>(world, &options(direct), budget, seed, &Quiet, tally);
+            (r.image, r.rounds)
+        }
+    })
+}
+
+fn with_threads<T: Send>(n: usize, f: impl FnOnce() -> T + Send) -> T {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build();
+    pool.expect("threads start").install(f)
+}
+
+/// A scene with specular chains and a wide filter, so that splats of different chains share pixels.
+fn scene() -> Scene {
+    let mut scene = of_file("cornell-glass/cornell-glass.pbrt", 13, 11);
+    scene.settings.filter.kind = metrolux::scene::FilterKind::Gaussian { sigma: 0.7 };
+    scene.settings.filter.radius = [2.0, 2.0];
+    scene
+}
+
+#[test]
+fn threads_leave_no_trace() {
+    let scene = scene();
+    for kind in KINDS {
+        let one = |threads| {
+            with_threads(threads, || {
+                // Embree is built by as many threads too.
+                let accel = embree(&scene);
+                let world = World::new(&scene, &accel, 8);
+                run(&world, kind, Budget::Rounds(10), 3)
+            })
+        };
+        let first = one(1);
+        assert!(first.0.iter().any(|p| f64::from_bits(p[1]) > 0.0));
+        for threads in [2, 7] {
+            assert!(one(threads) == first, "{kind:?} with {threads} threads");
+        }
+    }
+}
+
+#[test]
+fn rounds_repeat_what_a_time_limit_stopped() {
+    let scene = scene();
+    let accel = embree(&scene);
+    let world = World::new(&scene, &accel, 8);
+    for kind in KINDS {
+        let limit = Budget::Time(Duration::from_millis(120));
+        let stopped = with_threads(2, || run(&world, kind, limit, 5));
+        assert!(stopped.1 >= 1);
+        let again = with_threads(3, || run(&world, kind, Budget::Rounds(stopped.1), 5));
+        assert!(again == stopped, "{kind:?} after {} rounds", stopped.1);
+        let more = run(&world, kind, Budget::Rounds(stopped.1 + 1), 5);
+        assert!(
+            more.0 != stopped.0,
+            "{kind:?}: one more round changes nothing"
+        );
+    }
+}
+
+#[test]
+fn seeds_differ() {
+    let scene = scene();
+    let accel = embree(&scene);
+    let world = World::new(&scene, &accel, 8);
+    for kind in KINDS {
+        let a = run(&world, kind, Budget::Rounds(4), 1);
+        let b = run(&world, kind, Budget::Rounds(4), 2);
+        // Not one lit pixel may repeat: a stage that forgets the seed would show in all of them.
+        let same = |(p, q): &(&[u64; 3], &[u64; 3])| p == q && f64::from_bits(p[1]) > 0.0;
+        let repeated = a.0.iter().zip(&b.0).filter(same).count();
+        assert_eq!(repeated, 0, "{kind:?}");
+    }
+}
+
+/// Hits are canonical, so the other backend gives the same bits wherever it names the same triangles.
+#[test]
+fn backends_give_the_same_bits() {
+    for (file, depth) in [
+        ("cornell/cornell.pbrt", 8),
+        ("cornell-glass/cornell-glass.pbrt", 8),
+        ("ajar/ajar.pbrt", 6),
+    ] {
+        let scene = of_file(file, 16, 16);
+        let (e, o) = (embree(&scene), Obvhs::new(&scene.geometry));
+        let (we, wo) = (World::new(&scene, &e, depth), World::new(&scene, &o, depth));
+        let tally = &mut Tally::default();
+        let spp = Budget::Rounds(16);
+        let what = Bdpt {
+            heuristic: Heuristic::Balance,
+            indirect_only: false,
+        };
+        let a = bits(pt::<4, _>(&we, spp, 1, &Quiet, tally));
+        let b = bits(pt::<4, _>(&wo, spp, 1, &Quiet, tally));
+        assert!(a == b, "{file}: pt, {} pixels differ", differing(&a, &b));
+        let a = bits(bdpt::<4, _>(&we, what, spp, 1, &Quiet, tally));
+        let b = bits(bdpt::<4, _>(&wo, what, spp, 1, &Quiet, tally));
+        assert!(a == b, "{file}: bdpt, {} pixels differ", differing(&a, &b));
+        let options = options(Direct::Separate);
+        let rounds = Budget::Rounds(60);
+        let a = mlt::<4, _>(&we, &options, rounds, 1, &Quiet, tally);
+        let b = mlt::<4, _>(&wo, &options, rounds, 1, &Quiet, tally);
+        let (a, b) = (bits((a.image, a.rounds)), bits((b.image, b.rounds)));
+        assert!(a == b, "{file}: mlt, {} pixels differ", differing(&a, &b));
+    }
+}
+
+fn differing(a: &Bits, b: &Bits) -> usize {
+    a.0.iter().zip(&b.0).filter(|(p, q)| p != q).count()
+}
