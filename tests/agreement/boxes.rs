@@ -21,8 +21,8 @@ fn cornell() {
         work: Work {
             pt: 256,
             bdpt: 64,
-            seeds: 16_384,
-            steps: 60_000,
+            seeds: 32_768,
+            steps: 100_000,
         },
         limits: Limits {
             least: 0.05,
@@ -104,8 +104,8 @@ fn ajar() {
         },
         limits: Limits {
             least: 0.05,
-            pt: 0.25,
-            mlt: 0.25,
+            pt: 0.3,
+            mlt: 0.3,
             in_chain: 0.5,
             indirect: 0.2,
             tile: 1.0,

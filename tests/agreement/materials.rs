@@ -88,7 +88,7 @@ fn smooth_dielectric() {
             pt: 512,
             bdpt: 256,
             seeds: 65_536,
-            steps: 145_000,
+            steps: 240_000,
         },
         limits: Limits {
             least: 0.05,
