@@ -60,11 +60,11 @@ fn by_length<const N: usize, A: Accel>(
     let grid = Grid::new(&world, 16);
     let on = format!("on {} with {N} lanes", accel.name());
     let run = estimate::pt::<N, A>(&world, grid, 11, 32, 128);
-    pairs.extend(against_series(&format!("pt {on}"), file, &run, 5, 0.05));
+    pairs.extend(against_series(&format!("pt {on}"), file, &run, 5, 0.07));
     for heuristic in [Heuristic::Balance, Heuristic::Power] {
         let run = estimate::bdpt::<N, A>(&world, grid, heuristic, 12, 32, 16);
         let name = format!("bdpt {heuristic:?} {on}");
-        pairs.extend(against_series(&name, file, &run, 5, 0.05));
+        pairs.extend(against_series(&name, file, &run, 5, 0.07));
     }
     // Shorter paths only, of which a chain visits each length often enough.
     let world = World::new(scene, accel, 4);
@@ -76,7 +76,7 @@ fn by_length<const N: usize, A: Accel>(
             direct: 16,
         };
         // With direct light the chain spends its time in the shortest paths.
-        let limit = if direct == Direct::InChain { 0.15 } else { 0.1 };
+        let limit = if direct == Direct::InChain { 0.2 } else { 0.1 };
         let run = estimate::mlt::<N, A>(&world, grid, chains, 13, 32);
         let name = format!("mlt {direct:?} {on}");
         pairs.extend(against_series(&name, file, &run, 5, limit));

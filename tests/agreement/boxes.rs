@@ -11,7 +11,7 @@ fn of(file: &str, size: [u32; 2], depth: u32, effort: Effort, chains: &[Direct])
     let accel = embree(&scene);
     let world = World::new(&scene, &accel, depth);
     let found = runs::<4, _>(&world, effort.work, effort.limits, chains);
-    agree(file, &pairs(&found, effort.limits.tile));
+    agree(file, &pairs(&found, effort.limits));
 }
 
 /// Diffuse walls, the scene's own depth.
@@ -21,13 +21,15 @@ fn cornell() {
         work: Work {
             pt: 256,
             bdpt: 64,
-            seeds: 16_384,
-            steps: 60_000,
+            seeds: 32_768,
+            steps: 100_000,
         },
         limits: Limits {
+            least: 0.05,
             pt: 0.02,
             mlt: 0.02,
             in_chain: 0.12,
+            indirect: 0.05,
             tile: 0.1,
         },
     };
@@ -53,10 +55,12 @@ fn cornell_glass() {
             steps: 40_000,
         },
         limits: Limits {
+            least: 0.05,
             pt: 0.15,
             mlt: 0.1,
             in_chain: 0.3,
-            tile: 0.1,
+            indirect: 0.1,
+            tile: 0.2,
         },
     };
     of(GLASS, [16, 16], 7, effort, &[Separate]);
@@ -69,14 +73,16 @@ fn cornell_glass_long() {
     let effort = Effort {
         work: Work {
             pt: 0,
-            bdpt: 2048,
-            seeds: 262_144,
-            steps: 1_200_000,
+            bdpt: 1024,
+            seeds: 131_072,
+            steps: 600_000,
         },
         limits: Limits {
+            least: 0.05,
             pt: 0.02,
             mlt: 0.02,
             in_chain: 0.3,
+            indirect: 0.02,
             tile: 0.1,
         },
     };
@@ -97,9 +103,11 @@ fn ajar() {
             steps: 40_000,
         },
         limits: Limits {
-            pt: 0.25,
-            mlt: 0.25,
+            least: 0.05,
+            pt: 0.3,
+            mlt: 0.3,
             in_chain: 0.5,
+            indirect: 0.2,
             tile: 1.0,
         },
     };
@@ -113,14 +121,16 @@ fn ajar_long() {
     let effort = Effort {
         work: Work {
             pt: 0,
-            bdpt: 4096,
-            seeds: 524_288,
-            steps: 3_000_000,
+            bdpt: 7168,
+            seeds: 1_048_576,
+            steps: 4_500_000,
         },
         limits: Limits {
+            least: 0.05,
             pt: 0.02,
             mlt: 0.02,
             in_chain: 0.5,
+            indirect: 0.02,
             tile: 0.1,
         },
     };

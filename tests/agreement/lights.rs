@@ -27,7 +27,7 @@ fn lit_by(what: &str, light: &str, chains: &[Direct], effort: Effort) {
     let accel = embree(&scene);
     let world = World::new(&scene, &accel, 2);
     let found = runs::<4, _>(&world, effort.work, effort.limits, chains);
-    agree(what, &pairs(&found, effort.limits.tile));
+    agree(what, &pairs(&found, effort.limits));
 }
 
 const DISTANT: &str =

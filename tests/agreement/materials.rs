@@ -48,7 +48,7 @@ fn seen_by(
     let accel = embree(&scene);
     let world = World::new(&scene, &accel, 3);
     let found = runs::<4, _>(&world, effort.work, effort.limits, chains);
-    agree(what, &pairs(&found, effort.limits.tile));
+    agree(what, &pairs(&found, effort.limits));
 }
 
 const ROUGH_GLASS: &str =
@@ -85,15 +85,17 @@ quick_and_long! {
 fn smooth_dielectric() {
     let effort = Effort {
         work: Work {
-            pt: 1024,
+            pt: 512,
             bdpt: 256,
-            seeds: 16_384,
-            steps: 120_000,
+            seeds: 65_536,
+            steps: 240_000,
         },
         limits: Limits {
+            least: 0.05,
             pt: 0.02,
             mlt: 0.02,
             in_chain: 0.1,
+            indirect: 0.02,
             tile: 0.1,
         },
     };
