@@ -1,24 +1,10 @@
 //! The Markov step: choose a strategy, propose, accept or reject.
 
-use super::{ChainStats, Direct, MltOptions};
+use super::{ChainStats, Direct, MltOptions, Sink};
 use crate::accel::Accel;
 use crate::mutation::{Bidirectional, Context, LensPerturbation, Strategy, Wavelength, Workspace};
 use crate::path::{Path, Pool, World};
 use crate::sampling::Rng;
-use glam::Vec2;
-
-/// One contribution to the image.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Splat {
-    /// Raster point.
-    pub raster: Vec2,
-    /// XYZ of f/τ(f).
-    pub xyz: [f32; 3],
-    /// Expected number of steps spent here.
-    pub weight: f32,
-    /// Edges of the path, so that a run can be judged by path length: an image's mean is b whatever the chain does.
-    pub edges: u32,
-}
 
 /// A chain with its current path.
 pub struct Chain<const N: usize> {
@@ -95,9 +81,9 @@ impl<const N: usize> Chain<N> {
         &self.ws.pool
     }
 
-    /// One step. `splat` receives what the step gives the image.
+    /// One step. `sink` receives what the step gives the image.
     #[inline]
-    pub fn step<A: Accel>(&mut self, set: &Setting<A>, splat: &mut impl FnMut(Splat)) {
+    pub fn step<A: Accel>(&mut self, set: &Setting<A>, sink: &mut impl Sink<N>) {
         self.rng.set_step(self.step);
         self.step += 1;
         let (w, total) = choice(set, &self.x, &self.ws.pool);
@@ -143,14 +129,14 @@ impl<const N: usize> Chain<N> {
                 if set.options.expected_values {
                     self.pending += 1.0 - a;
                     if accepted {
-                        self.flush(splat);
+                        self.flush(sink);
                         self.pending = a;
                     } else if a > 0.0 {
-                        splat(of(&self.ws.y, a));
+                        sink.splat(&self.ws.y, a);
                     }
                 } else {
                     if accepted {
-                        self.flush(splat);
+                        self.flush(sink);
                     }
                     self.pending += 1.0;
                 }
@@ -177,20 +163,10 @@ impl<const N: usize> Chain<N> {
 
     /// Splats the current path's pending weight; at the end of a round.
     #[inline]
-    pub fn flush(&mut self, splat: &mut impl FnMut(Splat)) {
+    pub fn flush(&mut self, sink: &mut impl Sink<N>) {
         if self.pending > 0.0 {
-            splat(of(&self.x, self.pending));
+            sink.splat(&self.x, self.pending);
             self.pending = 0.0;
         }
-    }
-}
-
-#[inline]
-fn of<const N: usize>(p: &Path<N>, weight: f64) -> Splat {
-    Splat {
-        raster: p.raster,
-        xyz: p.color(),
-        weight: weight as f32,
-        edges: p.k() as u32,
     }
 }

@@ -4,12 +4,14 @@ mod markov;
 mod options;
 mod schedule;
 mod seeding;
+mod sink;
 mod stats;
 
-pub use markov::{Chain, Setting, Splat};
+pub use markov::{Chain, Setting};
 pub use options::{Direct, MltOptions, Shares};
 pub use schedule::{Generation, Mlt};
 pub use seeding::{Batch, Seed, replay, seed_group};
+pub use sink::{Sink, Splat};
 pub use stats::{ChainStats, StrategyStats};
 
 /// Names of the random streams: one for each use, so that none ever overlap.

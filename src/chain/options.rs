@@ -1,5 +1,6 @@
 //! Settings of Metropolis light transport. None of them depends on budget, threads or clock (DESIGN §8).
 
+use crate::film::Bins;
 use crate::mutation::Strategy;
 
 /// Who computes paths LS*E and LDS*E.
@@ -55,6 +56,8 @@ pub struct MltOptions {
     pub expected_values: bool,
     /// Samples a pixel of the direct pass for each mutation a pixel.
     pub direct_per_mutation: f64,
+    /// Also fill these spectral bins; the world's target must be `Target::Bins`.
+    pub bins: Option<Bins>,
 }
 
 impl Default for MltOptions {
@@ -70,6 +73,7 @@ impl Default for MltOptions {
             weigh_deletions: true,
             expected_values: true,
             direct_per_mutation: 0.125,
+            bins: None,
         }
     }
 }

@@ -4,11 +4,13 @@
 //! threads leave no trace in the image.
 
 use super::markov::{Chain, Setting};
-use super::{Batch, ChainStats, MltOptions, Splat, replay, seed_group, stage};
+use super::sink::{Buffers, FilmSink, Films};
+use super::{Batch, ChainStats, MltOptions, replay, seed_group, stage};
 use crate::accel::Accel;
-use crate::film::{Crop, Film, Filter, Reserve, SplatBuffer};
+use crate::film::{Crop, Filter, Reserve};
 use crate::path::{Sampler, Tally, World};
 use crate::sampling::Rng;
+use crate::scene::spectrum::Target;
 use rayon::prelude::*;
 use std::sync::Mutex;
 
@@ -34,8 +36,8 @@ pub struct Mlt<'a, A: Accel, const N: usize> {
     seed: u64,
     crop: Crop,
     filter: Filter,
-    film: Mutex<Film>,
-    idle: Reserve<SplatBuffer>,
+    film: Mutex<Films>,
+    idle: Reserve<Buffers>,
     generation: Option<Generation<N>>,
     /// b_g of every group and generation so far.
     pub b: Vec<Vec<f64>>,
@@ -52,6 +54,11 @@ pub struct Mlt<'a, A: Accel, const N: usize> {
 impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
     /// A run that has done nothing yet.
     pub fn new(world: &'a World<'a, A>, options: MltOptions, seed: u64) -> Self {
+        // Without the floor a bin that the eye does not see would get splats of any size.
+        assert!(
+            options.bins.is_none() || world.target == Target::Bins,
+            "spectral bins need their target"
+        );
         let crop = Crop::from(world.scene.camera.crop);
         Self {
             world,
@@ -59,7 +66,7 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
             seed,
             crop,
             filter: Filter::new(&world.scene.settings.filter),
-            film: Mutex::new(Film::new(crop)),
+            film: Mutex::new(Films::new(crop, &options)),
             idle: Reserve::new(),
             generation: None,
             b: Vec::new(),
@@ -89,25 +96,24 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
             let (film, idle, unit) = (&self.film, &self.idle, self.unit);
             let (crop, filter) = (self.crop, &self.filter);
             g.chains.par_iter_mut().for_each(|(chain, b)| {
-                let mut buffer = idle.take(|| SplatBuffer::new(crop, filter.clone()));
-                let scale = (*b / unit) as f32;
-                let mut faults = Tally::default();
+                let mut sink = FilmSink {
+                    buffers: idle.take(|| Buffers::new(crop, filter, set.options.bins)),
+                    scale: (*b / unit) as f32,
+                    faults: Tally::default(),
+                };
                 for _ in 0..now {
-                    let mut sink = |s: Splat| {
-                        if let Err(f) = buffer.splat(s.raster, s.xyz, s.weight * scale) {
-                            faults.fault(f.into());
-                        }
-                    };
                     for _ in 0..set.options.round {
                         chain.step(&set, &mut sink);
                     }
                     chain.flush(&mut sink);
-                    if buffer.is_full() {
-                        film.lock().expect("no thread panicked").absorb(&mut buffer);
+                    if sink.buffers.is_full() {
+                        film.lock()
+                            .expect("no thread panicked")
+                            .absorb(&mut sink.buffers);
                     }
                 }
-                chain.stats.tally += faults;
-                idle.put(buffer);
+                chain.stats.tally += sink.faults;
+                idle.put(sink.buffers);
             });
             g.rounds += now;
             self.rounds += now;
@@ -189,16 +195,34 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
 
     /// XYZ of each pixel of the crop.
     pub fn image(&mut self) -> Vec<[f64; 3]> {
-        let mut film = self.film.lock().expect("no thread panicked");
-        for mut buffer in self.idle.drain() {
-            film.absorb(&mut buffer);
-            self.idle.put(buffer);
-        }
-        film.to_xyz(if self.rounds == 0 {
+        let scale = self.scale();
+        self.gathered().colors.to_xyz(scale)
+    }
+
+    /// Radiance per nm, `[pixel · bins + bin]`, if the run fills bins.
+    pub fn spectrum(&mut self) -> Option<Vec<f32>> {
+        let scale = self.scale();
+        let film = &self.gathered().spectra;
+        film.as_ref().map(|f| f.to_values(scale))
+    }
+
+    /// What a unit of the film is worth.
+    fn scale(&self) -> f64 {
+        if self.rounds == 0 {
             0.0
         } else {
             self.unit / self.mutations() as f64
-        })
+        }
+    }
+
+    /// The film with all threads' sums in it.
+    fn gathered(&mut self) -> &Films {
+        let film = self.film.get_mut().expect("no thread panicked");
+        for mut buffers in self.idle.drain() {
+            film.absorb(&mut buffers);
+            self.idle.put(buffers);
+        }
+        film
     }
 
     /// Counters of all chains.

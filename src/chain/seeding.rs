@@ -4,7 +4,6 @@ use super::{Direct, MltOptions, stage};
 use crate::accel::Accel;
 use crate::path::{Heuristic, Sampler, Tally, World};
 use crate::sampling::Rng;
-use crate::scene::spectrum::Lanes;
 
 /// A chosen start path: which sample, which strategy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -42,7 +41,7 @@ fn draw<const N: usize, A: Accel>(
     rng: &mut Rng,
     tally: &mut Tally,
 ) {
-    let lanes = Lanes::new(rng.next_f32());
+    let lanes = world.lanes(rng.next_f32());
     let raster = world.lens.sample_raster(rng.next_vec2());
     sampler.sample(world, &lanes, raster, rng, tally);
 }

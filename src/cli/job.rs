@@ -1,8 +1,10 @@
 //! A render job with every choice made: arguments over the scene file's settings over defaults.
 
 use super::CliError;
-use super::render::{AccelArg, IntegratorArg, RenderArgs};
+use super::render::{AccelArg, IntegratorArg, RenderArgs, TargetArg};
+use crate::film::Bins;
 use crate::integrator::Budget;
+use crate::scene::spectrum::Target;
 use crate::scene::{IntegratorKind, Scene};
 use std::path::PathBuf;
 
@@ -20,6 +22,10 @@ pub struct Job {
     pub threads: usize,
     /// Files to write.
     pub outputs: Vec<PathBuf>,
+    /// Spectral bins to write.
+    pub bins: Option<Bins>,
+    /// What the target of chains is made of.
+    pub target: Target,
 }
 
 /// Mutations a pixel where neither the command line nor the scene says.
@@ -102,7 +108,29 @@ impl Job {
                 )));
             }
         }
+        let exr = |o: &PathBuf| o.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+        if args.spectral.is_some() && !outputs.iter().any(exr) {
+            return Err(usage(
+                "--spectral needs an EXR file to write the bins to: found only PNG, expected -o OUT.exr".into(),
+            ));
+        }
+        if args.target.is_some() && !is_mlt {
+            return Err(usage("--target is for --integrator mlt".into()));
+        }
+        let target = match (args.spectral, args.target) {
+            (Some(_), Some(TargetArg::Luminance)) => {
+                return Err(usage(
+                    "--target luminance starves bins that the eye hardly sees: with --spectral, expected mixed"
+                        .into(),
+                ));
+            }
+            (Some(_), _) => Target::Bins,
+            (None, Some(TargetArg::Luminance)) => Target::Luminance,
+            (None, _) => Target::Mixed,
+        };
         Ok(Self {
+            bins: args.spectral.map(|n| Bins::new(n as usize)),
+            target,
             integrator,
             budget,
             accel: args.accel,

@@ -6,8 +6,8 @@ use super::report::{Report, peak_memory_bytes, processor_seconds};
 use super::{CliError, report};
 use crate::accel::{Accel, Embree, EmbreeOptions, Obvhs};
 use crate::chain::{Direct, MltOptions};
-use crate::integrator::{Bdpt, bdpt, mlt, pt};
-use crate::output::{Image, write_exr, write_png};
+use crate::integrator::{Bdpt, bdpt_bins, mlt, pt_bins};
+use crate::output::{Image, SpectralBins, write_exr, write_png};
 use crate::path::{Heuristic, Tally, World};
 use crate::scene::load::{LoadOptions, load_scene};
 use crate::scene::{IntegratorKind, Scene};
@@ -76,6 +76,15 @@ pub enum DirectArg {
     Chain,
 }
 
+/// The target of a chain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum TargetArg {
+    /// Luminance alone, as in Veach's text
+    Luminance,
+    /// Luminance with a part of X and Z, and a floor under the bins of --spectral
+    Mixed,
+}
+
 /// Render a scene to EXR and PNG.
 ///
 /// Settings come from the command line, else from the scene file's Film, Integrator and Sampler, else from defaults.
@@ -125,6 +134,12 @@ pub struct RenderArgs {
     /// Who computes direct light (mlt)
     #[arg(long, value_enum, default_value = "separate")]
     pub direct: DirectArg,
+    /// Also write this many spectral bins over 360–830 nm into EXR files
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=128))]
+    pub spectral: Option<u32>,
+    /// What a chain's visits are proportional to (mlt); mixed unless given
+    #[arg(long, value_enum)]
+    pub target: Option<TargetArg>,
     /// Exposure of PNG files in stops
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     pub exposure: f32,
@@ -275,25 +290,27 @@ fn render<const N: usize, A: Accel>(
     accel: &A,
     told: Told,
 ) -> Result<Report, CliError> {
-    let world = World::new(scene, accel, scene.settings.max_depth);
+    let world = World::new(scene, accel, scene.settings.max_depth).with_target(job.target);
     let mut tally = Tally::default();
     let mut report = Report::new(args.seed, scene, job, told);
     let bar = Bar::new("rendering", args.quiet);
     let (start, cpu) = (Instant::now(), processor_seconds());
-    let xyz = match job.integrator {
+    let (xyz, spectrum) = match job.integrator {
         IntegratorKind::Pt => {
-            let (image, spp) = pt::<N, A>(&world, job.budget, args.seed, &bar, &mut tally);
-            report.samples(spp);
-            image
+            let bins = job.bins;
+            let r = pt_bins::<N, A>(&world, bins, job.budget, args.seed, &bar, &mut tally);
+            report.samples(r.samples);
+            (r.image, r.spectrum)
         }
         IntegratorKind::Bdpt => {
             let what = Bdpt {
                 heuristic: Heuristic::Power,
                 indirect_only: false,
             };
-            let (image, spp) = bdpt::<N, A>(&world, what, job.budget, args.seed, &bar, &mut tally);
-            report.samples(spp);
-            image
+            let (bins, budget) = (job.bins, job.budget);
+            let r = bdpt_bins::<N, A>(&world, what, bins, budget, args.seed, &bar, &mut tally);
+            report.samples(r.samples);
+            (r.image, r.spectrum)
         }
         IntegratorKind::Mlt => {
             let direct = match args.direct {
@@ -302,11 +319,12 @@ fn render<const N: usize, A: Accel>(
             };
             let options = MltOptions {
                 direct,
+                bins: job.bins,
                 ..MltOptions::default()
             };
             let r = mlt::<N, A>(&world, &options, job.budget, args.seed, &bar, &mut tally);
             report.mlt(&r);
-            r.image
+            (r.image, r.spectrum)
         }
     };
     bar.finish();
@@ -320,12 +338,16 @@ fn render<const N: usize, A: Accel>(
     let k = scene.settings.film_scale as f64;
     let scaled: Vec<[f64; 3]> = xyz.iter().map(|p| p.map(|c| c * k)).collect();
     let image = Image::from_xyz((x1 - x0) as usize, (y1 - y0) as usize, &scaled);
+    let bins = job.bins.zip(spectrum).map(|(bins, values)| SpectralBins {
+        bins,
+        values: values.iter().map(|v| (v * k) as f32).collect(),
+    });
     let metadata = report.metadata(scene);
     for o in &job.outputs {
         if o.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
             write_png(o, &image, args.exposure)?;
         } else {
-            write_exr(o, &image, &metadata, None)?;
+            write_exr(o, &image, &metadata, bins.as_ref())?;
         }
     }
     if let Some(path) = &args.stats {

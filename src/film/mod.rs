@@ -17,5 +17,5 @@ pub use exact::{Fault, Film, FixedWeight, WideBuffer};
 pub use filter::Filter;
 pub use pixels::{PixelSum, PixelSums};
 pub use reserve::Reserve;
-pub use spectral::{Bins, SpectralBuffer, SpectralFilm};
+pub use spectral::{Bins, SpectralBuffer, SpectralFilm, WideSpectralBuffer};
 pub use splat::SplatBuffer;

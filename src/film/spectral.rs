@@ -1,6 +1,6 @@
 //! Spectral bins: radiance per nm in equal slices of 360–830 nm, with the same exact sums as [`super::Film`].
 
-use super::{Crop, Fault, Filter};
+use super::{Crop, Fault, Filter, exact};
 use glam::Vec2;
 
 /// First and last wavelength of the simulation, nm.
@@ -8,6 +8,12 @@ const RANGE: [f64; 2] = [360.0, 830.0];
 
 /// Units of the buffer's integers: 2³⁰ of them make 1.
 const ONE: f64 = 1_073_741_824.0;
+
+/// Bits that the film's units, 2⁻⁶⁴, are finer than the buffer's.
+const FINER: u32 = 34;
+
+/// Units of the film's integers: 2⁶⁴ of them make 1.
+const FILM_ONE: f64 = 18_446_744_073_709_551_616.0;
 
 /// Largest value of one lane per bin and unit weight: with the floor of `Target::Bins` f·nm/τ is at most 1/0.0075, and
 /// a bin is at least 1 nm wide.
@@ -54,7 +60,7 @@ impl Bins {
 pub struct SpectralFilm {
     crop: Crop,
     bins: Bins,
-    /// Units of 2⁻³⁰, `[pixel · bins + bin]`.
+    /// Units of 2⁻⁶⁴, `[pixel · bins + bin]`.
     sums: Vec<i128>,
 }
 
@@ -82,10 +88,16 @@ impl SpectralFilm {
     pub fn absorb(&mut self, buffer: &mut SpectralBuffer) {
         assert_eq!((self.crop, self.bins), (buffer.crop, buffer.bins));
         for (a, b) in self.sums.iter_mut().zip(&mut buffer.sums) {
-            *a += *b as i128;
+            *a += (*b as i128) << FINER;
             *b = 0;
         }
         buffer.load = 0.0;
+    }
+
+    /// Adds a wide buffer's sums and clears it.
+    pub fn absorb_wide(&mut self, buffer: &mut WideSpectralBuffer) {
+        self.merge(&buffer.film);
+        buffer.film.sums.fill(0);
     }
 
     /// Adds another film's sums.
@@ -96,10 +108,61 @@ impl SpectralFilm {
         }
     }
 
+    /// Adds `value · h / width` to a wavelength's bin of every pixel whose filter covers the raster point.
+    fn add(&mut self, filter: &Filter, raster: Vec2, lambda: f32, value: f64) {
+        let scale = value / self.bins.width();
+        let bin = self.bins.index(lambda);
+        let Self { crop, bins, sums } = self;
+        filter.for_pixels(raster, |x, y, h| {
+            if let Some(i) = crop.index(x, y) {
+                // A power of two: only bits below 2⁻⁶⁴ are lost, whatever the order.
+                sums[i * bins.count + bin] +=
+                    (scale * h as f64 * FILM_ONE).round_ties_even() as i128;
+            }
+        });
+    }
+
     /// Radiance per nm times `scale`, `[pixel · bins + bin]`.
     pub fn to_values(&self, scale: f64) -> Vec<f32> {
-        let k = scale / ONE;
+        let k = scale / FILM_ONE;
         self.sums.iter().map(|&v| (v as f64 * k) as f32).collect()
+    }
+}
+
+/// A thread's exact sums of spectra of any size up to 2⁴⁰ per nm: light-tracing splats.
+#[derive(Clone, Debug)]
+pub struct WideSpectralBuffer {
+    film: SpectralFilm,
+    filter: Filter,
+}
+
+impl WideSpectralBuffer {
+    /// A black buffer.
+    pub fn new(crop: Crop, bins: Bins, filter: Filter) -> Self {
+        Self {
+            film: SpectralFilm::new(crop, bins),
+            filter,
+        }
+    }
+
+    /// As [`SpectralBuffer::splat`] with weight 1.
+    pub fn splat(
+        &mut self,
+        raster: Vec2,
+        lanes: impl Iterator<Item = (f32, f64)> + Clone,
+    ) -> Result<(), Fault> {
+        for (_, v) in lanes.clone() {
+            if let Some(fault) = Fault::of(v, exact::LARGEST) {
+                return Err(fault);
+            }
+        }
+        if !raster.is_finite() {
+            return Err(Fault::NotANumber);
+        }
+        for (lambda, v) in lanes {
+            self.film.add(&self.filter, raster, lambda, v);
+        }
+        Ok(())
     }
 }
 

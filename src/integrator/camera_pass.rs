@@ -1,10 +1,10 @@
 //! Samples that belong to a pixel: each pixel has its own random streams and sums, so threads never share one.
 
 use crate::accel::Accel;
-use crate::film::Filter;
+use crate::film::{Bins, Filter};
 use crate::path::{Tally, Vertex, World};
 use crate::sampling::Rng;
-use crate::scene::spectrum::{Lanes, Spectrum};
+use crate::scene::spectrum::{Lanes, Spectrum, Target};
 use glam::Vec2;
 use rayon::prelude::*;
 
@@ -18,13 +18,48 @@ pub struct CameraSample<const N: usize> {
     pub lanes: Lanes<N>,
 }
 
+/// What one camera sample gathers.
+pub struct Gathered<'a> {
+    /// XYZ.
+    pub xyz: [f64; 3],
+    /// The pixel's bins and the filter weight of the sample.
+    bins: Option<(Bins, &'a mut [f64], f64)>,
+}
+
+impl Gathered<'_> {
+    /// Adds radiance at the wavelengths of `lanes`; non-finite values are counted and dropped.
+    #[inline]
+    pub fn add<const N: usize>(&mut self, s: Spectrum<N>, lanes: &Lanes<N>, tally: &mut Tally) {
+        let xyz = lanes.xyz.map(|w| s.dot(w) as f64);
+        if tally.check(xyz[0] + xyz[1] + xyz[2]) {
+            for (sum, v) in self.xyz.iter_mut().zip(xyz) {
+                *sum += v;
+            }
+            self.add_to_bins(s, lanes, 1.0);
+        }
+    }
+
+    /// Adds `s · k` to the bins alone, if there are any.
+    #[inline]
+    pub fn add_to_bins<const N: usize>(&mut self, s: Spectrum<N>, lanes: &Lanes<N>, k: f64) {
+        if let Some((bins, sums, weight)) = &mut self.bins {
+            let scale = k * *weight / bins.width();
+            for (lambda, v) in lanes.lambda.into_iter().zip((s * lanes.nm()).0) {
+                sums[bins.index(lambda)] += v as f64 * scale;
+            }
+        }
+    }
+}
+
 /// Sums of camera samples over the crop.
 pub struct CameraPass {
     crop: [u32; 4],
     filter: Filter,
     stage: u32,
     seed: u64,
+    target: Target,
     sums: Vec<[f64; 3]>,
+    spectra: Option<(Bins, Vec<f64>)>,
     /// Samples of each pixel so far.
     pub samples: u64,
 }
@@ -35,7 +70,7 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 impl CameraPass {
     /// No samples yet.
-    pub fn new<A: Accel>(world: &World<A>, stage: u32, seed: u64) -> Self {
+    pub fn new<A: Accel>(world: &World<A>, bins: Option<Bins>, stage: u32, seed: u64) -> Self {
         let crop = world.scene.camera.crop;
         let n = (crop[2] - crop[0]) as usize * (crop[3] - crop[1]) as usize;
         Self {
@@ -44,25 +79,43 @@ impl CameraPass {
             stage,
             seed,
             sums: vec![[0.0; 3]; n],
+            spectra: bins.map(|b| (b, vec![0.0; n * b.count])),
+            target: world.target,
             samples: 0,
         }
     }
 
-    /// Adds samples until each pixel has `until`. `f` gets a thread's state, the sample and its stream, and returns XYZ.
+    /// Adds samples until each pixel has `until`. `f` gets a thread's state, the sample, its stream, and what to
+    /// add radiance to.
     pub fn run<const N: usize, S: Send>(
         &mut self,
         until: u64,
         state: impl Fn() -> S + Sync,
-        f: impl Fn(&mut S, &CameraSample<N>, &mut Rng) -> [f64; 3] + Sync,
+        f: impl Fn(&mut S, &CameraSample<N>, &mut Rng, &mut Gathered) + Sync,
         done: impl Fn(S) + Sync,
     ) {
         let (from, [x0, y0, x1, _]) = (self.samples, self.crop);
         let width = (x1 - x0) as usize;
         let (filter, stage, seed) = (&self.filter, self.stage, self.seed);
-        self.sums
-            .par_chunks_mut(width)
+        let target = self.target;
+        let (bins, spectra) = match &mut self.spectra {
+            Some((bins, sums)) => (Some(*bins), sums.as_mut_slice()),
+            None => (None, [].as_mut_slice()),
+        };
+        let count = bins.map_or(0, |b| b.count);
+        let mut rest = spectra;
+        let rows: Vec<(&mut [[f64; 3]], &mut [f64])> = self
+            .sums
+            .chunks_mut(width)
+            .map(|sums| {
+                let (row, other) = std::mem::take(&mut rest).split_at_mut(sums.len() * count);
+                rest = other;
+                (sums, row)
+            })
+            .collect();
+        rows.into_par_iter()
             .enumerate()
-            .for_each(|(row, sums)| {
+            .for_each(|(row, (sums, spectra))| {
                 let mut s = state();
                 let y = y0 + row as u32;
                 for (col, sum) in sums.iter_mut().enumerate() {
@@ -78,9 +131,15 @@ impl CameraPass {
                         let u = Vec2::new(at(0, R2[0]), at(1, R2[1]))
                             .min(Vec2::splat(1.0 - f32::EPSILON / 2.0));
                         let (offset, weight) = filter.sample(u);
-                        let lanes = Lanes::new(at(2, GOLDEN).min(1.0 - f32::EPSILON / 2.0));
+                        let lanes =
+                            Lanes::with(at(2, GOLDEN).min(1.0 - f32::EPSILON / 2.0), target);
                         let raster = Vec2::new(x as f32 + 0.5, y as f32 + 0.5) + offset;
-                        let xyz = f(
+                        let mut gathered = Gathered {
+                            xyz: [0.0; 3],
+                            bins: bins
+                                .map(|b| (b, &mut spectra[col * count..][..count], weight as f64)),
+                        };
+                        f(
                             &mut s,
                             &CameraSample {
                                 raster,
@@ -88,9 +147,10 @@ impl CameraPass {
                                 lanes,
                             },
                             &mut rng,
+                            &mut gathered,
                         );
                         for c in 0..3 {
-                            sum[c] += xyz[c] * weight as f64;
+                            sum[c] += gathered.xyz[c] * weight as f64;
                         }
                     }
                 }
@@ -101,22 +161,23 @@ impl CameraPass {
 
     /// Mean XYZ of each pixel, row-major over the crop.
     pub fn image(&self) -> Vec<[f64; 3]> {
-        let k = if self.samples == 0 {
+        let k = self.scale();
+        self.sums.iter().map(|s| s.map(|v| v * k)).collect()
+    }
+
+    /// Mean radiance per nm, `[pixel · bins + bin]`, if bins are filled.
+    pub fn spectrum(&self) -> Option<Vec<f64>> {
+        let k = self.scale();
+        let (_, sums) = self.spectra.as_ref()?;
+        Some(sums.iter().map(|v| v * k).collect())
+    }
+
+    fn scale(&self) -> f64 {
+        if self.samples == 0 {
             0.0
         } else {
             1.0 / self.samples as f64
-        };
-        self.sums.iter().map(|s| s.map(|v| v * k)).collect()
-    }
-}
-
-/// XYZ of a spectrum at the wavelengths of `lanes`; non-finite values are counted and dropped.
-pub fn to_xyz<const N: usize>(s: Spectrum<N>, lanes: &Lanes<N>, tally: &mut Tally) -> [f64; 3] {
-    let xyz = lanes.xyz.map(|w| s.dot(w) as f64);
-    if tally.check(xyz[0] + xyz[1] + xyz[2]) {
-        xyz
-    } else {
-        [0.0; 3]
+        }
     }
 }
 

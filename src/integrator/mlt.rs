@@ -10,6 +10,8 @@ use crate::path::{Tally, World};
 pub struct MltResult {
     /// XYZ of each pixel of the crop.
     pub image: Vec<[f64; 3]>,
+    /// Radiance per nm, `[pixel · bins + bin]`, if the options ask for bins.
+    pub spectrum: Option<Vec<f64>>,
     /// Rounds made.
     pub rounds: u64,
     /// Mutations made.
@@ -34,7 +36,7 @@ pub fn mlt<const N: usize, A: Accel>(
     let crop = world.scene.camera.crop;
     let pixels = (crop[2] - crop[0]) as u64 * (crop[3] - crop[1]) as u64;
     let mut run = Mlt::<A, N>::new(world, *options, seed);
-    let mut direct = CameraPass::new(world, stage::DIRECT, seed);
+    let mut direct = CameraPass::new(world, options.bins, stage::DIRECT, seed);
     let clock = Clock::new(budget, |n| options.rounds_for(n, pixels));
     // A function of the rounds alone, so that a longer run repeats a shorter one.
     let direct_for = |rounds: u64| {
@@ -64,6 +66,10 @@ pub fn mlt<const N: usize, A: Accel>(
             p[c] += d[c];
         }
     }
+    let spectrum = run.spectrum().zip(direct.spectrum()).map(|(s, d)| {
+        let both = s.iter().zip(d);
+        both.map(|(s, d)| *s as f64 + d).collect()
+    });
     let stats = run.stats();
     *tally += stats.tally;
     *tally += run.seeding;
@@ -71,6 +77,7 @@ pub fn mlt<const N: usize, A: Accel>(
     let a = world.lens.raster_area;
     MltResult {
         image,
+        spectrum,
         rounds: run.rounds,
         mutations: run.mutations(),
         direct_samples: direct.samples,

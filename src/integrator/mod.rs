@@ -7,9 +7,19 @@ mod progress;
 mod pt;
 mod radiance;
 
-pub use bdpt::{Bdpt, bdpt};
-pub use camera_pass::CameraPass;
+pub use bdpt::{Bdpt, bdpt, bdpt_bins};
+pub use camera_pass::{CameraPass, Gathered};
 pub use mlt::{MltResult, mlt};
 pub use progress::{Budget, Clock, Progress, Quiet};
-pub use pt::pt;
+pub use pt::{pt, pt_bins};
 pub use radiance::{Paths, radiance};
+
+/// What a sampling integrator gave.
+pub struct Rendered {
+    /// XYZ of each pixel of the crop.
+    pub image: Vec<[f64; 3]>,
+    /// Radiance per nm, `[pixel · bins + bin]`, if bins were asked for.
+    pub spectrum: Option<Vec<f64>>,
+    /// Samples a pixel.
+    pub samples: u64,
+}

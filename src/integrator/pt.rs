@@ -1,9 +1,10 @@
 //! Path tracing.
 
-use super::camera_pass::{CameraPass, lens_vertex, to_xyz};
-use super::{Budget, Clock, Paths, Progress, radiance};
+use super::camera_pass::{CameraPass, lens_vertex};
+use super::{Budget, Clock, Paths, Progress, Rendered, radiance};
 use crate::accel::Accel;
 use crate::chain::stage;
+use crate::film::Bins;
 use crate::path::{Tally, World};
 use std::sync::Mutex;
 
@@ -15,7 +16,20 @@ pub fn pt<const N: usize, A: Accel>(
     progress: &dyn Progress,
     tally: &mut Tally,
 ) -> (Vec<[f64; 3]>, u64) {
-    let mut pass = CameraPass::new(world, stage::CAMERA, seed);
+    let r = pt_bins::<N, A>(world, None, budget, seed, progress, tally);
+    (r.image, r.samples)
+}
+
+/// As [`pt`], with spectral bins.
+pub fn pt_bins<const N: usize, A: Accel>(
+    world: &World<A>,
+    bins: Option<Bins>,
+    budget: Budget,
+    seed: u64,
+    progress: &dyn Progress,
+    tally: &mut Tally,
+) -> Rendered {
+    let mut pass = CameraPass::new(world, bins, stage::CAMERA, seed);
     let clock = Clock::new(budget, |n| n.ceil().max(1.0) as u64);
     loop {
         let more = clock.next(pass.samples, 16);
@@ -26,8 +40,11 @@ pub fn pt<const N: usize, A: Accel>(
         add_samples::<N, A>(world, &mut pass, until, Paths::All, tally);
         progress.update(clock.fraction(pass.samples));
     }
-    let n = pass.samples;
-    (pass.image(), n)
+    Rendered {
+        image: pass.image(),
+        spectrum: pass.spectrum(),
+        samples: pass.samples,
+    }
 }
 
 /// Adds path-traced samples to a pass until each pixel has `until`.
@@ -42,19 +59,14 @@ pub fn add_samples<const N: usize, A: Accel>(
     pass.run::<N, Tally>(
         until,
         Tally::default,
-        |tally, s, rng| {
+        |tally, s, rng, sum| {
             let lens = lens_vertex(world, rng);
             let w = world.lens.direction(lens.p, s.raster);
-            let mut sum = [0.0; 3];
             let mut faults = Tally::default();
             radiance(world, &s.lanes, &lens, w, paths, rng, tally, |_, c| {
-                let xyz = to_xyz(c, &s.lanes, &mut faults);
-                for i in 0..3 {
-                    sum[i] += xyz[i];
-                }
+                sum.add(c, &s.lanes, &mut faults);
             });
             *tally += faults;
-            sum
         },
         |t| *total.lock().expect("no thread panicked") += t,
     );

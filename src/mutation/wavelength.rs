@@ -8,7 +8,6 @@ use super::{Context, Workspace};
 use crate::accel::Accel;
 use crate::path::{Ends, Path, Pool, exp2i};
 use crate::scatter::Mode;
-use crate::scene::spectrum::Lanes;
 
 /// See the module.
 pub struct Wavelength;
@@ -31,7 +30,7 @@ impl Wavelength {
         ws: &mut Workspace<N>,
         ctx: &mut Context<A>,
     ) -> Option<f64> {
-        let lanes = Lanes::new(ctx.rng.next_f32());
+        let lanes = ctx.world.lanes(ctx.rng.next_f32());
         ws.ends = Ends { light: 0, eye: 0 };
         for (&slot, link) in x.slots.iter().zip(&x.links) {
             let v = ws.pool.get(slot).at_wavelengths(ctx.world.scene, &lanes);

@@ -2,6 +2,7 @@
 
 use super::{Emitters, Kind, Lens, Tally, Vertex};
 use crate::accel::{Accel, Ray, offset_origin, visible};
+use crate::scene::spectrum::{Lanes, Target};
 use crate::scene::{Material, Scene};
 use glam::Vec3;
 
@@ -19,6 +20,8 @@ pub struct World<'a, A: Accel> {
     pub dispersive: bool,
     /// Most edges of a path.
     pub max_edges: usize,
+    /// What the target τ of every path is made of.
+    pub target: Target,
 }
 
 impl<'a, A: Accel> World<'a, A> {
@@ -31,7 +34,19 @@ impl<'a, A: Accel> World<'a, A> {
             lens: Lens::new(&scene.camera, &scene.settings.filter),
             dispersive: scene.materials.iter().any(Material::is_dispersive),
             max_edges: max_depth as usize + 1,
+            target: Target::default(),
         }
+    }
+
+    /// The same with another target.
+    pub fn with_target(self, target: Target) -> Self {
+        Self { target, ..self }
+    }
+
+    /// The lanes of hero variable `u`, with the target of this render.
+    #[inline]
+    pub fn lanes<const N: usize>(&self, u: f32) -> Lanes<N> {
+        Lanes::with(u, self.target)
     }
 
     /// The origin of a ray that leaves `x` in direction `w`; `at` where `x` is on no surface.

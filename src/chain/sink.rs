@@ -1,0 +1,126 @@
+//! Where a chain's contributions go: colours always, spectral bins when the run asks for them.
+
+use super::MltOptions;
+use crate::film::{Bins, Crop, Film, Filter, SpectralBuffer, SpectralFilm, SplatBuffer};
+use crate::path::{Path, Tally};
+use glam::Vec2;
+
+/// Receives what a chain gives the image.
+pub trait Sink<const N: usize> {
+    /// The chain spent `weight` steps, by expectation, at `path`.
+    fn splat(&mut self, path: &Path<N>, weight: f64);
+}
+
+/// One contribution to the colour image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Splat {
+    /// Raster point.
+    pub raster: Vec2,
+    /// XYZ of f/τ(f).
+    pub xyz: [f32; 3],
+    /// Expected number of steps spent here.
+    pub weight: f32,
+    /// Edges of the path, so that a run can be judged by path length: an image's mean is b whatever the chain does.
+    pub edges: u32,
+}
+
+impl Splat {
+    /// What a path gives with a weight.
+    #[inline]
+    pub fn of<const N: usize>(path: &Path<N>, weight: f64) -> Self {
+        Self {
+            raster: path.raster,
+            xyz: path.color(),
+            weight: weight as f32,
+            edges: path.k() as u32,
+        }
+    }
+}
+
+impl<const N: usize, F: FnMut(Splat)> Sink<N> for F {
+    #[inline]
+    fn splat(&mut self, path: &Path<N>, weight: f64) {
+        self(Splat::of(path, weight));
+    }
+}
+
+/// The run's exact sums.
+pub(super) struct Films {
+    pub(super) colors: Film,
+    pub(super) spectra: Option<SpectralFilm>,
+}
+
+impl Films {
+    pub(super) fn new(crop: Crop, options: &MltOptions) -> Self {
+        Self {
+            colors: Film::new(crop),
+            spectra: options.bins.map(|b| SpectralFilm::new(crop, b)),
+        }
+    }
+
+    /// Adds a thread's sums and clears them.
+    pub(super) fn absorb(&mut self, buffers: &mut Buffers) {
+        self.colors.absorb(&mut buffers.colors);
+        if let (Some(film), Some(buffer)) = (&mut self.spectra, &mut buffers.spectra) {
+            film.absorb(buffer);
+        }
+    }
+}
+
+/// A thread's sums.
+pub(super) struct Buffers {
+    colors: SplatBuffer,
+    spectra: Option<SpectralBuffer>,
+}
+
+impl Buffers {
+    pub(super) fn new(crop: Crop, filter: &Filter, bins: Option<Bins>) -> Self {
+        Self {
+            colors: SplatBuffer::new(crop, filter.clone()),
+            spectra: bins.map(|b| SpectralBuffer::new(crop, b, filter.clone())),
+        }
+    }
+
+    /// Absorb the buffers before the next round.
+    pub(super) fn is_full(&self) -> bool {
+        self.colors.is_full() || self.spectra.as_ref().is_some_and(SpectralBuffer::is_full)
+    }
+}
+
+/// Fills a thread's buffers from one chain.
+pub(super) struct FilmSink {
+    pub(super) buffers: Buffers,
+    /// Factor on every weight: the brightness of the chain's group.
+    pub(super) scale: f32,
+    pub(super) faults: Tally,
+}
+
+impl<const N: usize> Sink<N> for FilmSink {
+    #[inline]
+    fn splat(&mut self, path: &Path<N>, weight: f64) {
+        let s = Splat::of(path, weight);
+        let weight = s.weight * self.scale;
+        if let Err(f) = self.buffers.colors.splat(s.raster, s.xyz, weight) {
+            self.faults.fault(f.into());
+        }
+        // A branch, not a second kind of sink: two copies of the step would no longer be inlined into one body each.
+        if let Some(buffer) = &mut self.buffers.spectra {
+            splat_spectrum(buffer, path, weight, &mut self.faults);
+        }
+    }
+}
+
+#[cold]
+#[inline(never)]
+fn splat_spectrum<const N: usize>(
+    buffer: &mut SpectralBuffer,
+    path: &Path<N>,
+    weight: f32,
+    faults: &mut Tally,
+) {
+    let values = path.shape * path.lanes.nm() * (1.0 / path.shape_tau as f32);
+    let lanes = path.lanes.lambda.into_iter().zip(values.0);
+    if let Err(f) = buffer.splat(path.raster, lanes, weight) {
+        faults.fault(f.into());
+    }
+}
