@@ -41,7 +41,7 @@ fn through_chain<const N: usize>(
             f *= world.emitters.radiance(world.scene, &x.lanes, &next, back);
         } else {
             let from = pool.get(x.slots[first - 1]);
-            let (to_light, d2) = next.towards(from);
+            let (to_light, inv_d2) = next.towards(from);
             f *= scatter_terms(&next, Mode::NonSpecular, to_light, back).fs;
             f *= if first == 1 {
                 world
@@ -51,7 +51,7 @@ fn through_chain<const N: usize>(
                 let w_l = -x.links[first - 2].dir;
                 scatter_terms(from, Mode::NonSpecular, w_l, -to_light).fs
             };
-            f = f * (next.cos(to_light) * from.cos(to_light) / d2) as f32;
+            f = f * (next.cos(to_light) * from.cos(to_light) * inv_d2) as f32;
             if !world.visible(&next, from, tally) {
                 return None;
             }
