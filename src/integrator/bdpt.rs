@@ -85,8 +85,8 @@ pub fn bdpt_bins<const N: usize, A: Accel>(
                                 tally.fault(f.into());
                             }
                         } else {
-                            for c in 0..3 {
-                                sum.xyz[c] += xyz[c] * inv_area;
+                            for (sum, v) in sum.xyz.iter_mut().zip(xyz) {
+                                *sum += v * inv_area;
                             }
                             let k = j.weight * inv_area / j.path.shape_tau;
                             sum.add_to_bins(j.path.shape, &j.path.lanes, k);

@@ -149,8 +149,8 @@ impl CameraPass {
                             &mut rng,
                             &mut gathered,
                         );
-                        for c in 0..3 {
-                            sum[c] += gathered.xyz[c] * weight as f64;
+                        for (sum, v) in sum.iter_mut().zip(gathered.xyz) {
+                            *sum += v * weight as f64;
                         }
                     }
                 }
