@@ -1,7 +1,9 @@
 # Every target installs what it needs first. See CONTRIBUTING for what runs when.
 CARGO ?= cargo
 
-.PHONY: all render test test-long bench lint deps clean
+SCENE ?= scenes/ajar/ajar.pbrt
+
+.PHONY: all render test test-long bench replay lint deps clean
 
 all: deps
 	$(CARGO) build --release
@@ -20,6 +22,10 @@ test-long: deps
 
 bench: deps
 	$(CARGO) bench
+
+# What a render costs over the bare Embree calls it makes: make replay SCENE=FILE
+replay: deps
+	METROLUX_SCENE="$(SCENE)" $(CARGO) bench --bench replay
 
 lint: deps
 	$(CARGO) fmt --check

@@ -11,7 +11,7 @@ use std::cell::Cell;
 use std::io::{self, Read, Write};
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 const MAGIC: &[u8; 8] = b"MLXRAYS1";
 /// Buffers; threads beyond share them.
@@ -27,10 +27,17 @@ pub enum Kind {
     Any = 1,
 }
 
+/// The rays of one thread.
+#[derive(Default)]
+struct Shard {
+    kept: Vec<(Ray, Kind)>,
+    missed: u64,
+}
+
 /// Passes every query on and writes it down.
 pub struct Recorder<A> {
     inner: A,
-    shards: Vec<Mutex<Vec<(Ray, Kind)>>>,
+    shards: Vec<Mutex<Shard>>,
     cap: usize,
 }
 
@@ -46,24 +53,37 @@ impl<A: Accel> Recorder<A> {
 
     /// The rays so far, thread by thread, each thread's in order.
     pub fn rays(&self) -> Vec<(Ray, Kind)> {
-        self.shards
+        self.locked()
             .iter()
-            .flat_map(|s| s.lock().unwrap_or_else(PoisonError::into_inner).clone())
+            .flat_map(|s| &s.kept)
+            .copied()
             .collect()
+    }
+
+    /// Rays that were not kept, because their thread had as many as it may.
+    pub fn missed(&self) -> u64 {
+        self.locked().iter().map(|s| s.missed).sum()
     }
 
     /// Writes the geometry and the rays so far to a file.
     pub fn save(&self, path: &Path) -> io::Result<()> {
         let out = io::BufWriter::new(std::fs::File::create(path)?);
-        write(out, self.geometry(), &self.rays())
+        let shards = self.locked();
+        let parts: Vec<&[(Ray, Kind)]> = shards.iter().map(|s| s.kept.as_slice()).collect();
+        write(out, self.geometry(), &parts)
+    }
+
+    fn locked(&self) -> Vec<MutexGuard<'_, Shard>> {
+        self.shards.iter().map(lock).collect()
     }
 
     fn push(&self, ray: &Ray, kind: Kind) {
-        let shard = &self.shards[thread_number() % SHARDS];
         // Uncontended unless there are more threads than shards.
-        let mut rays = shard.lock().unwrap_or_else(PoisonError::into_inner);
-        if rays.len() < self.cap {
-            rays.push((*ray, kind));
+        let mut shard = lock(&self.shards[thread_number() % SHARDS]);
+        if shard.kept.len() < self.cap {
+            shard.kept.push((*ray, kind));
+        } else {
+            shard.missed += 1;
         }
     }
 }
@@ -92,6 +112,10 @@ impl<A: Accel> Accel for Recorder<A> {
     }
 }
 
+fn lock(shard: &Mutex<Shard>) -> MutexGuard<'_, Shard> {
+    shard.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// A small number of this thread's own.
 fn thread_number() -> usize {
     static NEXT: AtomicUsize = AtomicUsize::new(0);
@@ -105,8 +129,8 @@ fn thread_number() -> usize {
     })
 }
 
-/// Writes what answers rays of a geometry, and rays.
-pub fn write(mut out: impl Write, geometry: &Geometry, rays: &[(Ray, Kind)]) -> io::Result<()> {
+/// Writes what answers rays of a geometry, and rays, which may come in several parts.
+pub fn write(mut out: impl Write, geometry: &Geometry, rays: &[&[(Ray, Kind)]]) -> io::Result<()> {
     let g = geometry;
     out.write_all(MAGIC)?;
     // The spare vertex is not written.
@@ -115,7 +139,7 @@ pub fn write(mut out: impl Write, geometry: &Geometry, rays: &[(Ray, Kind)]) -> 
         vertices.len(),
         g.triangles.len(),
         g.quadrics.len(),
-        rays.len(),
+        rays.iter().map(|part| part.len()).sum(),
     ] {
         out.write_all(&(n as u64).to_le_bytes())?;
     }
@@ -138,7 +162,7 @@ pub fn write(mut out: impl Write, geometry: &Geometry, rays: &[(Ray, Kind)]) -> 
         };
         put(&mut out, &[kind, c.x, c.y, c.z, radius, n.x, n.y, n.z])?;
     }
-    for (r, kind) in rays {
+    for (r, kind) in rays.iter().copied().flatten() {
         let k = *kind as u8 as f32;
         let values = [r.o.x, r.o.y, r.o.z, r.d.x, r.d.y, r.d.z, r.t_max, k];
         put(&mut out, &values)?;
@@ -250,9 +274,9 @@ mod tests {
             }
         }
         let rays = recorder.rays();
-        assert_eq!(rays.len(), 5);
+        assert_eq!((rays.len(), recorder.missed()), (5, 3));
         let mut file = Vec::new();
-        write(&mut file, &geometry, &rays).expect("memory");
+        write(&mut file, &geometry, &[&rays[..2], &rays[2..]]).expect("memory");
         let (g, again) = read(file.as_slice()).expect("own format");
         assert_eq!(again, rays);
         assert_eq!(g.positions, geometry.positions);

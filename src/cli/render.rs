@@ -4,15 +4,15 @@ use super::bar::Bar;
 use super::job::Job;
 use super::report::{Report, peak_memory_bytes, processor_seconds};
 use super::{CliError, report};
-use crate::accel::{Accel, Embree, EmbreeOptions, Obvhs};
+use crate::accel::{Accel, Embree, EmbreeOptions, Obvhs, Recorder};
 use crate::chain::{Direct, MltOptions};
 use crate::integrator::{Bdpt, bdpt_bins, mlt, pt_bins};
-use crate::output::{Image, SpectralBins, write_exr, write_png};
+use crate::output::{Image, ImageError, SpectralBins, write_exr, write_png};
 use crate::path::{Heuristic, Tally, World};
 use crate::scene::load::{LoadOptions, load_scene};
 use crate::scene::{IntegratorKind, Scene};
 use clap::{Args, ValueEnum};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
@@ -152,6 +152,9 @@ pub struct RenderArgs {
     /// Write counters and timings as JSON
     #[arg(long, value_name = "FILE")]
     pub stats: Option<PathBuf>,
+    /// Write the rays traced to a file that `cargo bench --bench rays` replays
+    #[arg(long, value_name = "FILE", hide = true)]
+    pub record_rays: Option<PathBuf>,
     /// No progress bar, no messages but errors
     #[arg(short, long)]
     pub quiet: bool,
@@ -214,6 +217,24 @@ fn duration(s: &str) -> Result<Duration, String> {
     }
 }
 
+/// Rays that `--record-rays` keeps at most: 640 MB of memory and of file.
+const RECORDED: usize = 20_000_000;
+
+fn save_rays<A: Accel>(recorder: &Recorder<A>, file: &Path) -> Result<(), CliError> {
+    recorder.save(file).map_err(|source| {
+        let path = file.into();
+        CliError::Output(ImageError::NotWritable { path, source })
+    })?;
+    let missed = recorder.missed();
+    if missed > 0 {
+        eprintln!(
+            "warning: the last {missed} rays of this render are not in {}",
+            file.display()
+        );
+    }
+    Ok(())
+}
+
 /// Runs the sub-command.
 pub fn run(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let start = Instant::now();
@@ -230,7 +251,8 @@ pub fn run(args: &RenderArgs) -> Result<ExitCode, CliError> {
             .for_each(|w| eprintln!("warning: {w}"));
     }
     let job = Job::new(args, &mut scene)?;
-    for o in job.outputs.iter().chain(&args.stats) {
+    let written = job.outputs.iter().chain(&args.stats);
+    for o in written.chain(&args.record_rays) {
         crate::output::check_writable(o)?;
     }
     let loaded = start.elapsed();
@@ -243,16 +265,28 @@ pub fn run(args: &RenderArgs) -> Result<ExitCode, CliError> {
         robust: args.accel_precision == PrecisionArg::Robust,
         ..EmbreeOptions::default()
     };
-    let report = match job.accel {
-        AccelArg::Embree => {
+    let report = match (job.accel, &args.record_rays) {
+        (AccelArg::Embree, None) => {
             let accel = Embree::new(&scene.geometry, options)?;
             let told = (loaded, build.elapsed(), accel.version());
             pool.install(|| with_lanes(args, &job, &scene, &accel, told))?
         }
-        AccelArg::Obvhs => {
+        (AccelArg::Embree, Some(file)) => {
+            let accel = Embree::new(&scene.geometry, options)?;
+            let told = (loaded, build.elapsed(), accel.version());
+            let accel = Recorder::new(accel, RECORDED / pool.current_num_threads());
+            let report = pool.install(|| with_lanes(args, &job, &scene, &accel, told))?;
+            save_rays(&accel, file)?;
+            report
+        }
+        (AccelArg::Obvhs, None) => {
             let accel = Obvhs::new(&scene.geometry);
             let told = (loaded, build.elapsed(), "not used".to_owned());
             pool.install(|| with_lanes(args, &job, &scene, &accel, told))?
+        }
+        (AccelArg::Obvhs, Some(_)) => {
+            let text = "--record-rays is for --accel embree, whose rays are replayed";
+            return Err(CliError::Usage(text.into()));
         }
     };
     let impossible = report.faults_impossible();

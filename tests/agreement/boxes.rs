@@ -57,7 +57,7 @@ fn cornell_glass() {
         limits: Limits {
             least: 0.05,
             pt: 0.15,
-            mlt: 0.1,
+            mlt: 0.2,
             in_chain: 0.3,
             indirect: 0.1,
             tile: 0.2,
