@@ -3,7 +3,8 @@
 //!
 //! `METROLUX_SCENE=FILE` (scenes/ajar/ajar.pbrt), `METROLUX_THREADS=N` (one per core), `METROLUX_ROUNDS=R` (64; a round
 //! is 16 384 mutations) and `METROLUX_REPEATS=K` (5) change what is measured. Loading, building and output are outside;
-//! seeding and the direct pass are inside.
+//! seeding and the direct pass are inside. A generation is 512 rounds: fewer give seeding, which is printed with the
+//! direct pass as what the chains did not trace, too large a part.
 //!
 //! A render repeats itself bit for bit, so its rays are recorded once and render and replay then take turns. The ratio
 //! of wall times is what the issue of speed is about; that of processor times says the same with less noise where other
@@ -23,6 +24,20 @@ use std::hint::black_box;
 /// Rays one thread replays at a time: small enough to share the work evenly, large enough to keep what lies near
 /// together.
 const PIECE: usize = 4096;
+
+/// Makes the image smaller until a sample a pixel of the direct pass, the least there is, takes no larger part than in
+/// a long render. What the picture shows stays, and the chains' steps scale with it.
+fn shrink(scene: &mut Scene, rounds: u64) {
+    let options = MltOptions::default();
+    let mutations = (rounds * options.mutations_per_round()) as f64;
+    let camera = &mut scene.camera;
+    let [w, h] = camera.resolution.map(f64::from);
+    let by = (w * h / (mutations * options.direct_per_mutation))
+        .sqrt()
+        .max(1.0);
+    camera.resolution = [w, h].map(|n| (n / by).floor().max(1.0) as u32);
+    camera.crop = [0, 0, camera.resolution[0], camera.resolution[1]];
+}
 
 fn render<A: Accel>(scene: &Scene, accel: &A, rounds: u64) -> MltResult {
     let world = World::new(scene, accel, scene.settings.max_depth);
@@ -47,7 +62,8 @@ fn main() {
     let rounds = number("METROLUX_ROUNDS", 64).max(1);
     let repeats = number("METROLUX_REPEATS", 5).max(1) as usize;
     let pool = pool(number("METROLUX_THREADS", 0) as usize);
-    let scene = scene(&path);
+    let mut scene = scene(&path);
+    shrink(&mut scene, rounds);
     let embree = embree(&scene);
     let recorder = Recorder::new(&embree, usize::MAX);
     let result = pool.install(|| render(&scene, &recorder, rounds));
@@ -58,11 +74,16 @@ fn main() {
         .unzip();
     drop(recorder);
     let visibility = kinds.iter().filter(|k| **k == 1).count() as f64;
+    let chains = result.stats.tally;
+    let by_chains = chains.rays_closest + chains.rays_visibility;
     println!(
-        "{path}: {:.2} M mutations, {:.2} M rays ({:.0} % visibility), {} threads, {}",
+        "{path} at {}x{}: {:.2} M mutations, {:.2} M rays ({:.0} % visibility, {:.0} % by the chains), {} threads, {}",
+        scene.camera.resolution[0],
+        scene.camera.resolution[1],
         result.mutations as f64 * 1e-6,
         rays.len() as f64 * 1e-6,
         100.0 * visibility / rays.len() as f64,
+        100.0 * by_chains as f64 / rays.len() as f64,
         pool.current_num_threads(),
         embree.name(),
     );
