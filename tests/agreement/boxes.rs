@@ -50,14 +50,14 @@ fn cornell_glass() {
     let effort = Effort {
         work: Work {
             pt: 256,
-            bdpt: 64,
-            seeds: 16_384,
-            steps: 40_000,
+            bdpt: 160,
+            seeds: 32_768,
+            steps: 80_000,
         },
         limits: Limits {
             least: 0.05,
             pt: 0.15,
-            mlt: 0.2,
+            mlt: 0.1,
             in_chain: 0.3,
             indirect: 0.1,
             tile: 0.2,
