@@ -1,15 +1,16 @@
 //! The closest hit with distance and barycentrics from the shared routine, whatever backend named the primitive.
 
-use super::triangle::Sheared;
+use super::triangle::{Sheared, TriangleHit};
 use super::{Accel, Hit, Ray, offset_origin, quadric, surface};
 use crate::scene::Geometry;
+use glam::Vec3;
 
 /// Most attempts to get past a primitive that lies behind the origin although the backend named it.
 const MAX_RETRIES: i32 = 12;
 
 /// The nearest hit along the ray. `Hit::clamped` marks those where backend and shared routine disagree by a rounding;
 /// callers count them.
-#[inline]
+#[inline(always)]
 pub fn closest<A: Accel>(accel: &A, ray: &Ray) -> Option<Hit> {
     let prim = accel.nearest(ray)?;
     let hit = recompute(accel.geometry(), prim, ray);
@@ -22,23 +23,54 @@ pub fn closest<A: Accel>(accel: &A, ray: &Ray) -> Option<Hit> {
 
 /// The hit on a named primitive. Its t may be ≤ 0 where a backend's own arithmetic put the surface before an origin
 /// that lies beyond it.
-#[inline]
+#[inline(always)]
 pub fn recompute(geometry: &Geometry, prim: u32, ray: &Ray) -> Hit {
-    if let Some(q) = geometry.quadric(prim) {
-        // Backends call the very same function, so `None` means they named it out of its range.
-        return Hit {
-            prim,
-            t: quadric::intersect(q, ray).unwrap_or(0.0),
-            b1: 0.0,
-            b2: 0.0,
-            clamped: false,
+    if (prim as usize) < geometry.triangles.len() {
+        let corners = geometry.corners(prim);
+        return match inside(&corners, ray) {
+            Some(TriangleHit { t, b1, b2 }) => Hit {
+                prim,
+                t,
+                b1,
+                b2,
+                clamped: false,
+            },
+            None => on_the_edge(&corners, prim, ray),
         };
     }
+    // Backends call the very same function, so `None` means they named it out of its range.
+    let t = geometry
+        .quadric(prim)
+        .and_then(|q| quadric::intersect(q, ray));
+    Hit {
+        prim,
+        t: t.unwrap_or(0.0),
+        b1: 0.0,
+        b2: 0.0,
+        clamped: false,
+    }
+}
+
+/// Möller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", JGT 2(1), 1997. Which triangle is known, so
+/// nothing needs to be watertight here; `None` if the ray passes outside, or so close to the edge that this cannot tell.
+#[inline(always)]
+fn inside([p0, p1, p2]: &[Vec3; 3], ray: &Ray) -> Option<TriangleHit> {
+    let (a, b, o) = (*p1 - *p0, *p2 - *p0, ray.o - *p0);
+    let n = ray.d.cross(b);
+    let m = o.cross(a);
+    let inverse = 1.0 / a.dot(n);
+    let (b1, b2) = (o.dot(n) * inverse, ray.d.dot(m) * inverse);
+    let t = b.dot(m) * inverse;
+    (b1 >= 0.0 && b2 >= 0.0 && b1 + b2 <= 1.0 && t.is_finite()).then_some(TriangleHit { t, b1, b2 })
+}
+
+/// The watertight test, and the nearest point where even that says the backend is off by a rounding.
+#[cold]
+fn on_the_edge(corners: &[Vec3; 3], prim: u32, ray: &Ray) -> Hit {
     let sheared = Sheared::new(ray);
-    let corners = geometry.corners(prim);
-    let (h, clamped) = match sheared.intersect(&corners) {
+    let (h, clamped) = match sheared.intersect(corners) {
         Some(h) => (h, false),
-        None => (sheared.nearest_point(&corners), true),
+        None => (sheared.nearest_point(corners), true),
     };
     Hit {
         prim,

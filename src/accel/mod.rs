@@ -22,7 +22,7 @@ pub use checked::Checked;
 pub use embree::{Embree, EmbreeError, EmbreeOptions};
 pub use record::Recorder;
 pub use spawn::{offset_origin, visible};
-pub use surface::{Surface, surface};
+pub use surface::{Surface, dpdu, surface};
 
 use crate::scene::Geometry;
 use glam::Vec3;

@@ -5,7 +5,7 @@
 
 use super::{Hit, Ray, quadric};
 use crate::scene::{Geometry, Quadric};
-use glam::{DVec3, Mat3, Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
 /// Unit roundoff u = 2⁻²⁴ of f32.
@@ -22,7 +22,8 @@ pub const fn gamma(n: u32) -> f32 {
 pub struct Surface {
     /// The point, in stored world coordinates.
     pub p: Vec3,
-    /// Bound on |p − true| of each coordinate, plus what any backend's plane test may be off at p.
+    /// Bound on |p − true| of each coordinate, plus what any backend's plane test may be off at p, plus two roundings
+    /// of p, so that an origin moved by this much stays moved when it is rounded.
     pub error: f32,
     /// Unit geometric normal, on the side pbrt-v4 calls outside.
     pub ng: Vec3,
@@ -30,8 +31,6 @@ pub struct Surface {
     pub ns: Vec3,
     /// Texture coordinates (pbrt-v4's parametrisation where the scene gives none).
     pub uv: Vec2,
-    /// ∂p/∂u: not 0, not of unit length, in the plane of the primitive.
-    pub dpdu: Vec3,
 }
 
 /// Computes every triangle's plane once; a backend calls this when it is built.
@@ -48,7 +47,7 @@ pub fn prepare(geometry: &Geometry) {
 }
 
 /// The surface at a hit of `ray`.
-#[inline]
+#[inline(always)]
 pub fn surface(geometry: &Geometry, hit: &Hit, ray: &Ray) -> Surface {
     match geometry.quadric(hit.prim) {
         None => surface_at(geometry, hit.prim, hit.b1, hit.b2),
@@ -57,7 +56,7 @@ pub fn surface(geometry: &Geometry, hit: &Hit, ray: &Ray) -> Surface {
 }
 
 /// The surface at barycentrics (b1, b2) of triangle `prim`, for points that are sampled rather than hit.
-#[inline]
+#[inline(always)]
 pub fn surface_at(geometry: &Geometry, prim: u32, b1: f32, b2: f32) -> Surface {
     let [p0, p1, p2] = geometry.corners(prim);
     let b0 = 1.0 - b1 - b2;
@@ -68,7 +67,7 @@ pub fn surface_at(geometry: &Geometry, prim: u32, b1: f32, b2: f32) -> Surface {
         None => plane(p0, p1, p2),
     };
     let p = q0 + q1 + q2;
-    let rounding = gamma(7) * (q0.abs() + q1.abs() + q2.abs()).max_element();
+    let rounding = gamma(9) * (q0.abs() + q1.abs() + q2.abs()).max_element();
 
     let [i0, i1, i2] = geometry.triangles[prim as usize].map(|i| i as usize);
     let ns = if shape.has_normals {
@@ -77,16 +76,12 @@ pub fn surface_at(geometry: &Geometry, prim: u32, b1: f32, b2: f32) -> Surface {
     } else {
         ng
     };
-    let (uv, dpdu) = if shape.has_uvs {
+    let uv = if shape.has_uvs {
         let t = &geometry.uvs;
-        let [t0, t1, t2] = [t[i0], t[i1], t[i2]];
-        (
-            t0 * b0 + t1 * b1 + t2 * b2,
-            tangent([p0, p1, p2], [t0, t1, t2], ng),
-        )
+        t[i0] * b0 + t[i1] * b1 + t[i2] * b2
     } else {
         // pbrt-v4's default corners (0,0), (1,0), (1,1).
-        (Vec2::new(b1 + b2, b2), nonzero(p1 - p0, ng))
+        Vec2::new(b1 + b2, b2)
     };
     Surface {
         p,
@@ -94,7 +89,45 @@ pub fn surface_at(geometry: &Geometry, prim: u32, b1: f32, b2: f32) -> Surface {
         ng,
         ns,
         uv,
-        dpdu,
+    }
+}
+
+/// ∂p/∂u at a point of `prim`: not 0, not of unit length, in the plane of the primitive. Apart from [`Surface`] because
+/// only anisotropic lobes ask for it.
+pub fn dpdu(geometry: &Geometry, prim: u32, s: &Surface) -> Vec3 {
+    match geometry.quadric(prim) {
+        None => {
+            let corners = geometry.corners(prim);
+            let shape = &geometry.shapes[geometry.prim_shape[prim as usize] as usize];
+            if shape.has_uvs {
+                let uvs = geometry.triangles[prim as usize].map(|i| geometry.uvs[i as usize]);
+                tangent(corners, uvs, s.ng)
+            } else {
+                nonzero(corners[1] - corners[0], s.ng)
+            }
+        }
+        Some(&Quadric::Sphere {
+            center,
+            radius,
+            to_object,
+            ..
+        }) => {
+            let n = to_object * ((s.p - center) / radius);
+            let turn = Vec3::new(-n.y, n.x, 0.0) * (TAU * radius);
+            let turn = if turn == Vec3::ZERO { Vec3::Y } else { turn };
+            // to_object is a rotation: its transpose is its inverse.
+            to_object.transpose() * turn
+        }
+        Some(&Quadric::Disk {
+            center,
+            normal,
+            tangent,
+            ..
+        }) => {
+            let (r, bitangent) = (s.p - center, normal.cross(tangent));
+            let (x, y) = (r.dot(tangent), r.dot(bitangent));
+            nonzero((bitangent * x - tangent * y) * TAU, normal)
+        }
     }
 }
 
@@ -173,8 +206,8 @@ fn tangent([p0, p1, p2]: [Vec3; 3], [t0, t1, t2]: [Vec2; 3], ng: Vec3) -> Vec3 {
 pub fn quadric_at(q: &Quadric, near: DVec3) -> Surface {
     let (p, outward) = quadric::project(q, near);
     let p32 = p.as_vec3();
-    // One rounding of each coordinate, and one of the f64 arithmetic's guard: γ2 of the largest coordinate.
-    let magnitude = |c: Vec3, r: f32| gamma(2) * (c.abs().max_element() + r);
+    // One rounding of each coordinate, one of the f64 arithmetic's guard, two of an offset: γ4 of the largest coordinate.
+    let magnitude = |c: Vec3, r: f32| gamma(4) * (c.abs().max_element() + r);
     match *q {
         Quadric::Sphere {
             center,
@@ -184,15 +217,12 @@ pub fn quadric_at(q: &Quadric, near: DVec3) -> Surface {
         } => {
             let n = outward.as_vec3();
             let ng = if inward { -n } else { n };
-            let local = to_object * n;
-            let (uv, dpdu) = sphere_uv(local, radius, to_object);
             Surface {
                 p: p32,
                 error: magnitude(center, radius),
                 ng,
                 ns: ng,
-                uv,
-                dpdu,
+                uv: sphere_uv(to_object * n),
             }
         }
         Quadric::Disk {
@@ -204,30 +234,22 @@ pub fn quadric_at(q: &Quadric, near: DVec3) -> Surface {
             let r = (p - center.as_dvec3()).as_vec3();
             let bitangent = normal.cross(tangent);
             let (x, y) = (r.dot(tangent), r.dot(bitangent));
-            let turn = (bitangent * x - tangent * y) * TAU;
             Surface {
                 p: p32,
                 error: magnitude(center, radius),
                 ng: normal,
                 ns: normal,
                 uv: Vec2::new(angle(x, y) / TAU, 1.0 - r.length() / radius),
-                dpdu: nonzero(turn, normal),
             }
         }
     }
 }
 
-/// pbrt-v4's (u, v) on a full sphere: u = φ/2π, v from 0 at the pole −z to 1 at +z; with ∂p/∂u in the world.
+/// pbrt-v4's (u, v) on a full sphere in the direction `n` of object space: u = φ/2π, v from 0 at the pole −z to 1 at +z.
 #[inline]
-fn sphere_uv(n: Vec3, radius: f32, to_object: Mat3) -> (Vec2, Vec3) {
+fn sphere_uv(n: Vec3) -> Vec2 {
     let v = 1.0 - n.z.clamp(-1.0, 1.0).acos() / PI;
-    let turn = Vec3::new(-n.y, n.x, 0.0) * (TAU * radius);
-    let turn = if turn == Vec3::ZERO { Vec3::Y } else { turn };
-    // to_object is a rotation: its transpose is its inverse.
-    (
-        Vec2::new(angle(n.x, n.y) / TAU, v),
-        to_object.transpose() * turn,
-    )
+    Vec2::new(angle(n.x, n.y) / TAU, v)
 }
 
 /// Polar angle in [0, 2π).
@@ -241,6 +263,7 @@ fn angle(x: f32, y: f32) -> f32 {
 mod tests {
     use super::super::testing::{Rng, geometry, soup};
     use super::*;
+    use glam::Mat3;
 
     fn close(a: Vec3, b: Vec3) -> bool {
         (a - b).abs().max_element() < 1e-5
@@ -260,7 +283,7 @@ mod tests {
             let (a, b) = (s1.uv - s0.uv, s2.uv - s0.uv);
             let by_v = (p1 - p0) * b.y - (p2 - p0) * a.y;
             let det = a.x * b.y - a.y * b.x;
-            assert!(close(s0.dpdu * det, by_v), "{given}: {s0:?}");
+            assert!(close(dpdu(&g, 0, &s0) * det, by_v), "{given}: {s0:?}");
         }
     }
 
@@ -301,11 +324,12 @@ mod tests {
         assert!(close(s.p, Vec3::ONE + n * 2.0) && close(s.ng, n));
         assert!((s.uv - Vec2::new(0.125, 0.5)).length() < 1e-6, "{s:?}");
         let turn = to_object.transpose() * Vec3::new(-1.0, 1.0, 0.0).normalize();
-        assert!(close(s.dpdu, turn * (2.0 * TAU)), "{s:?}");
+        let along_u = |q: Quadric, s: &Surface| dpdu(&geometry(vec![], vec![], vec![q]), 0, s);
+        assert!(close(along_u(sphere(false), &s), turn * (2.0 * TAU)));
         let inward = quadric_at(&sphere(true), (Vec3::ONE + n).as_dvec3());
         assert!(close(inward.ng, -n) && close(inward.p, s.p));
         let pole = quadric_at(&sphere(false), (Vec3::ONE + Vec3::X).as_dvec3());
-        assert!((pole.uv.y - 1.0).abs() < 1e-6 && pole.dpdu != Vec3::ZERO);
+        assert!((pole.uv.y - 1.0).abs() < 1e-6 && along_u(sphere(false), &pole) != Vec3::ZERO);
 
         let disk = Quadric::Disk {
             center: Vec3::ONE,
@@ -316,6 +340,6 @@ mod tests {
         let s = quadric_at(&disk, DVec3::new(1.0, 2.0, 1.5));
         assert!(close(s.p, Vec3::new(1.0, 2.0, 1.0)) && s.ng == Vec3::Z);
         assert!((s.uv - Vec2::new(0.25, 0.5)).length() < 1e-6, "{s:?}");
-        assert!(close(s.dpdu, Vec3::NEG_X * TAU), "{s:?}");
+        assert!(close(along_u(disk, &s), Vec3::NEG_X * TAU));
     }
 }

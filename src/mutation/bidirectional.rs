@@ -10,7 +10,9 @@
 use super::falsify::{Density, factor, odd_row};
 use super::{Context, Workspace};
 use crate::accel::Accel;
-use crate::path::{Emitters, Ends, Kind, Path, Vertex, deletion_length, scatter, trace, trace_ray};
+use crate::path::{
+    Emitters, Ends, Kind, Path, Vertex, deletion_length, half_to, scatter, trace, trace_ray,
+};
 use crate::scatter::{Mode, Transport};
 
 /// See the module.
@@ -61,17 +63,13 @@ impl Insertion {
         match from.abs_diff(to) {
             0 => 0.5,
             1 => 0.15,
-            j => 0.2 * 0.5f64.powi(j as i32),
+            j => 0.2 * half_to(j),
         }
     }
 
     /// Σ of the weights at distance 1 … j on one side.
     fn side(j: usize) -> f64 {
-        if j == 0 {
-            0.0
-        } else {
-            0.25 - 0.2 * 0.5f64.powi(j as i32)
-        }
+        if j == 0 { 0.0 } else { 0.25 - 0.2 * half_to(j) }
     }
 
     fn norm(&self, kd: usize) -> f64 {

@@ -211,10 +211,11 @@ impl<const N: usize> Sampler<N> {
             return None;
         }
         let w = match heuristic {
-            Heuristic::Balance => y.total / y.sum[y.rho.len()],
+            Heuristic::Balance => y.total / y.rho_sum(),
             Heuristic::Power => {
-                let top = y.rho.iter().fold(0.0f64, |a, &b| a.max(b));
-                let squares: f64 = y.rho.iter().map(|r| (r / top).powi(2)).sum();
+                let rho = &y.rho[..y.k() + 2];
+                let top = rho.iter().fold(0.0f64, |a, &b| a.max(b));
+                let squares: f64 = rho.iter().map(|r| (r / top).powi(2)).sum();
                 y.total * (y.rho[s] / top) / (top * squares)
             }
         };

@@ -1,7 +1,8 @@
 //! What a vertex contributes in its place on a path: f_s, both directional densities, and the edge to the next vertex.
 
 use super::{Kind, Vertex};
-use crate::scatter::{Mode, Transport};
+use crate::sampling::warp;
+use crate::scatter::{Bsdf, Mode, Transport};
 use crate::scene::spectrum::Spectrum;
 use glam::Vec3;
 
@@ -13,6 +14,10 @@ pub struct Link<const N: usize> {
     pub fs: Spectrum<N>,
     /// Unit direction of the edge i → i+1.
     pub dir: Vec3,
+    /// [`Vertex::signed_cos`] of that direction at x_i.
+    pub cos_near: f32,
+    /// [`Vertex::signed_cos`] of that direction at x_{i+1}.
+    pub cos_far: f32,
     /// 1 / squared length of that edge; 1 if it goes to infinity.
     pub inv_d2: f64,
     /// Geometry term of that edge.
@@ -34,6 +39,8 @@ impl<const N: usize> Default for Link<N> {
         Self {
             fs: Spectrum::ZERO,
             dir: Vec3::ZERO,
+            cos_near: 0.0,
+            cos_far: 0.0,
             inv_d2: 1.0,
             g: 0.0,
             pl: 0.0,
@@ -42,6 +49,20 @@ impl<const N: usize> Default for Link<N> {
             prob_l: 1.0,
             mode: Mode::NonSpecular,
         }
+    }
+}
+
+impl<const N: usize> Link<N> {
+    /// Turns a density per solid angle at x_i into one per area at x_{i+1}.
+    #[inline]
+    pub fn to_far(&self) -> f64 {
+        self.cos_far.abs() as f64 * self.inv_d2
+    }
+
+    /// Turns a density per solid angle at x_{i+1} into one per area at x_i.
+    #[inline]
+    pub fn to_near(&self) -> f64 {
+        self.cos_near.abs() as f64 * self.inv_d2
     }
 }
 
@@ -81,14 +102,53 @@ pub fn scatter_terms<const N: usize>(
     w_l: Vec3,
     w_e: Vec3,
 ) -> ScatterTerms<N> {
+    scatter_terms_at(x, mode, w_l, w_e, x.ng.dot(w_l), x.ng.dot(w_e))
+}
+
+/// As [`scatter_terms`], given the cosines of both directions to the geometric normal.
+#[inline]
+pub(super) fn scatter_terms_at<const N: usize>(
+    x: &Vertex<N>,
+    mode: Mode,
+    w_l: Vec3,
+    w_e: Vec3,
+    gl: f32,
+    ge: f32,
+) -> ScatterTerms<N> {
     if x.kind != Kind::Surface {
         return ScatterTerms::NONE;
     }
-    let (l, e) = (x.frame.to_local(w_l), x.frame.to_local(w_e));
-    let (gl, ge) = (x.ng.dot(w_l), x.ng.dot(w_e));
-    if gl * l.z <= 0.0 || ge * e.z <= 0.0 {
+    let (lz, ez) = (x.ns.dot(w_l), x.ns.dot(w_e));
+    if gl * lz <= 0.0 || ge * ez <= 0.0 {
         return ScatterTerms::NONE;
     }
+    // Most vertices are these, and they need no frame.
+    if let (Bsdf::Diffuse(b), Mode::NonSpecular) = (&x.bsdf, mode) {
+        return if lz * ez > 0.0 {
+            ScatterTerms {
+                fs: b.value() * (lz / gl),
+                pdf_l: warp::cosine_hemisphere_pdf(ez.abs()) as f64,
+                pdf_e: warp::cosine_hemisphere_pdf(lz.abs()) as f64,
+                prob_l: 1.0,
+                prob_e: 1.0,
+            }
+        } else {
+            ScatterTerms::NONE
+        };
+    }
+    general_terms(x, mode, w_l, w_e, gl)
+}
+
+/// Scattering by lobes that need the whole frame; sides have been checked.
+fn general_terms<const N: usize>(
+    x: &Vertex<N>,
+    mode: Mode,
+    w_l: Vec3,
+    w_e: Vec3,
+    gl: f32,
+) -> ScatterTerms<N> {
+    let frame = x.frame();
+    let (l, e) = (frame.to_local(w_l), frame.to_local(w_e));
     if mode == Mode::NonSpecular {
         ScatterTerms {
             fs: x.bsdf.eval(l, e) * (l.z / gl),

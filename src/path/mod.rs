@@ -26,7 +26,7 @@ pub use lens::Lens;
 pub use link::{Link, ScatterTerms, scatter_terms};
 pub use pool::Pool;
 pub use sequence::{Ends, Path};
-pub use strategies::{deletion_length, exp2i};
+pub use strategies::{deletion_length, exp2i, half_to};
 pub use tally::{Fault, Tally};
 pub use trace::{deflect, scatter, trace, trace_ray};
 pub use vertex::{Kind, Vertex};

@@ -1,6 +1,7 @@
 //! A path as indices into a pool of vertices, with its links and the densities of all its bidirectional strategies.
 
-use super::{Emitters, Link, Pool, World, scatter_terms};
+use super::link::scatter_terms_at;
+use super::{Emitters, Link, Pool, Vertex, World};
 use crate::accel::Accel;
 use crate::scatter::Mode;
 use crate::scene::spectrum::{Lanes, Spectrum};
@@ -33,9 +34,10 @@ pub struct Path<const N: usize> {
     pub shape_tau: f64,
     /// Raster point.
     pub raster: Vec2,
-    /// p_{s,k+1−s} up to a common factor, s = 0 … k+1; 0 where the strategy cannot make this path.
+    /// p_{s,k+1−s} up to a common factor, s = 0 … k+1; 0 where the strategy cannot make this path. This and the tables
+    /// below have room for the longest path; what lies beyond this one's length is left over.
     pub rho: Vec<f64>,
-    /// Prefix sums of `rho`: `sum[j] = Σ_{s<j} rho[s]`.
+    /// Prefix sums of `rho`: `sum[j] = Σ_{s<j} rho[s]`, j = 0 … k+2.
     pub sum: Vec<f64>,
     /// Prefix sums of `sum`.
     pub(super) area: Vec<f64>,
@@ -60,11 +62,11 @@ impl<const N: usize> Path<N> {
             shape_exp: 0,
             shape_tau: 0.0,
             raster: Vec2::ZERO,
-            rho: Vec::with_capacity(max_edges + 2),
-            sum: Vec::with_capacity(max_edges + 3),
-            area: Vec::with_capacity(max_edges + 4),
+            rho: vec![0.0; max_edges + 2],
+            sum: vec![0.0; max_edges + 3],
+            area: vec![0.0; max_edges + 4],
             total: 0.0,
-            deletion: Vec::with_capacity(max_edges + 3),
+            deletion: vec![0.0; max_edges + 3],
             deletion_sum: 0.0,
             known: false,
         }
@@ -79,9 +81,10 @@ impl<const N: usize> Path<N> {
     pub fn copy_from(&mut self, o: &Self) {
         self.slots.clone_from(&o.slots);
         self.links.clone_from(&o.links);
-        self.rho.clone_from(&o.rho);
-        self.sum.clone_from(&o.sum);
-        self.deletion.clone_from(&o.deletion);
+        let n = o.k() + 2;
+        self.rho[..n].copy_from_slice(&o.rho[..n]);
+        self.sum[..=n].copy_from_slice(&o.sum[..=n]);
+        self.deletion[..=n].copy_from_slice(&o.deletion[..=n]);
         self.lanes = o.lanes;
         self.shape = o.shape;
         self.shape_exp = o.shape_exp;
@@ -155,65 +158,80 @@ impl<const N: usize> Path<N> {
         }
     }
 
+    #[inline]
     fn edge(&mut self, pool: &Pool<N>, i: usize) {
         let (p, q) = (pool.get(self.slots[i]), pool.get(self.slots[i + 1]));
         let (dir, inv_d2) = p.towards(q);
         let link = &mut self.links[i];
         link.dir = dir;
+        link.cos_near = p.signed_cos(dir);
+        link.cos_far = q.signed_cos(dir);
         link.inv_d2 = inv_d2;
-        link.g = p.cos(dir) * q.cos(dir) * inv_d2;
+        link.g = (link.cos_near as f64 * link.cos_far as f64).abs() * inv_d2;
     }
 
+    #[inline]
     fn scatter<A: Accel>(&mut self, world: &World<A>, pool: &Pool<N>, i: usize) {
         let k = self.k();
         let x = pool.get(self.slots[i]);
         if i == 0 {
-            let dir = self.links[0].dir;
-            let next = pool.get(self.slots[1]);
-            let pdf = world.emitters.pdf_direction(world.scene, x, dir);
-            let link = &mut self.links[0];
-            link.fs = world.emitters.radiance(world.scene, &self.lanes, x, dir);
-            link.pl = world.emitters.pdf_point(world.scene, x);
-            let inv_d2 = link.inv_d2;
-            self.links[1].pl = if k > 1 {
-                pdf * next.cos(dir) * inv_d2
-            } else {
-                0.0
-            };
+            self.leave_light(world, x);
         } else if i == k {
-            let e = self.links[k - 1];
-            let prev = pool.get(self.slots[k - 1]);
-            let cos = x.cos(e.dir);
-            self.links[k].fs = Spectrum::splat(world.lens.importance(cos) as f32);
-            self.links[k].pe = world.lens.pdf_vertex();
-            self.links[k - 1].pe = if k > 1 || Emitters::can_be_hit(prev) {
-                world.lens.raster_per_solid_angle(cos) / world.lens.raster_area
-                    * prev.cos(e.dir)
-                    * e.inv_d2
-            } else {
-                0.0
-            };
-            self.raster = world.lens.raster(x.p, -e.dir).unwrap_or(Vec2::NEG_INFINITY);
+            self.reach_lens(world, x, pool.get(self.slots[k - 1]));
         } else {
-            let (e0, e1) = (self.links[i - 1], self.links[i]);
-            let (prev, next) = (pool.get(self.slots[i - 1]), pool.get(self.slots[i + 1]));
-            let t = scatter_terms(x, e1.mode, -e0.dir, e1.dir);
-            let link = &mut self.links[i];
-            link.fs = t.fs;
-            link.prob_l = t.prob_l;
-            link.prob_e = t.prob_e;
+            let Some([before, here, after]) = self.links.get_mut(i - 1..i + 2) else {
+                unreachable!("an inner vertex has neighbours");
+            };
+            let t = scatter_terms_at(
+                x,
+                here.mode,
+                -before.dir,
+                here.dir,
+                -before.cos_far,
+                here.cos_near,
+            );
+            here.fs = t.fs;
+            here.prob_l = t.prob_l;
+            here.prob_e = t.prob_e;
             // The lens is not a surface that a light sub-path could hit.
-            self.links[i + 1].pl = if i + 1 < k {
-                t.pdf_l * next.cos(e1.dir) * e1.inv_d2
+            after.pl = if i + 1 < k {
+                t.pdf_l * here.to_far()
             } else {
                 0.0
             };
-            self.links[i - 1].pe = if i > 1 || Emitters::can_be_hit(prev) {
-                t.pdf_e * prev.cos(e0.dir) * e0.inv_d2
+            before.pe = if i > 1 || Emitters::can_be_hit(pool.get(self.slots[0])) {
+                t.pdf_e * before.to_near()
             } else {
                 0.0
             };
         }
+    }
+
+    fn leave_light<A: Accel>(&mut self, world: &World<A>, x: &Vertex<N>) {
+        let k = self.k();
+        let link = &mut self.links[0];
+        let pdf = world.emitters.pdf_direction(world.scene, x, link.dir);
+        link.fs = world
+            .emitters
+            .radiance(world.scene, &self.lanes, x, link.dir);
+        link.pl = world.emitters.pdf_point(world.scene, x);
+        let to_far = link.to_far();
+        self.links[1].pl = if k > 1 { pdf * to_far } else { 0.0 };
+    }
+
+    fn reach_lens<A: Accel>(&mut self, world: &World<A>, x: &Vertex<N>, before: &Vertex<N>) {
+        let k = self.k();
+        let e = &mut self.links[k - 1];
+        let cos = e.cos_far.abs() as f64;
+        e.pe = if k > 1 || Emitters::can_be_hit(before) {
+            world.lens.raster_per_solid_angle(cos) / world.lens.raster_area * e.to_near()
+        } else {
+            0.0
+        };
+        self.raster = world.lens.raster(x.p, -e.dir).unwrap_or(Vec2::NEG_INFINITY);
+        let lens = &mut self.links[k];
+        lens.fs = Spectrum::splat(world.lens.importance(cos) as f32);
+        lens.pe = world.lens.pdf_vertex();
     }
 
     /// Multiplies the spectra of all vertices. False if the path carries nothing in any lane.

@@ -10,11 +10,16 @@ pub fn deletion_length(d: usize) -> f64 {
     match d {
         1 => 0.25,
         2 => 0.5,
-        _ => HALVES[d.min(63)],
+        _ => half_to(d),
     }
 }
 
-/// 2^−i, i = 0 … 63; beyond that a sub-path is never deleted at once.
+/// 2^−i for i < 63, 0 beyond: a sub-path as long as that is neither deleted nor inserted at once.
+#[inline]
+pub fn half_to(i: usize) -> f64 {
+    HALVES[i.min(63)]
+}
+
 static HALVES: [f64; 64] = {
     let mut t = [1.0; 64];
     let mut i = 1;
@@ -38,80 +43,83 @@ impl<const N: usize> Path<N> {
     pub fn strategies(&mut self) -> bool {
         if !self.known {
             self.weigh_strategies();
-            self.weigh_deletions();
             self.known = true;
         }
-        self.sum[self.rho.len()] > 0.0
+        self.sum[self.k() + 2] > 0.0
+    }
+
+    /// Sum of `rho`.
+    #[inline]
+    pub fn rho_sum(&self) -> f64 {
+        self.sum[self.k() + 2]
     }
 
     fn weigh_strategies(&mut self) {
         let k = self.k();
+        let n = k + 2;
         // The first strategy whose eye part has positive density; going up from it divides by positive numbers only.
         let mut first = k + 1;
         while first > 0 && self.links[first - 1].pe > 0.0 {
             first -= 1;
         }
-        let possible = self.links[..first].iter().all(|l| l.pl > 0.0);
-        self.rho.clear();
-        self.rho.resize(k + 2, 0.0);
-        self.sum.clear();
-        self.sum.resize(k + 3, 0.0);
-        self.total = 0.0;
-        if !possible {
-            return;
-        }
+        let (rho, links) = (&mut self.rho[..n], &self.links[..n - 1]);
+        rho[..first].fill(0.0);
         let mut scale = 1.0f64;
-        let mut p = 1.0;
-        for s in first..=k + 1 {
-            if self.connects(s) {
-                self.rho[s] = p;
-            }
-            if s <= k {
-                p *= self.links[s].pl / self.links[s].pe;
+        let possible = links[..first].iter().all(|l| l.pl > 0.0);
+        if possible {
+            let mut p = 1.0;
+            // A connection is possible after s light vertices if neither of its ends is specular; the ends of the path
+            // are not.
+            let mut open = first <= 1 || links[first - 1].mode == Mode::NonSpecular;
+            for s in first..n - 1 {
+                let l = &links[s];
+                let next = s == k || l.mode == Mode::NonSpecular;
+                rho[s] = if s == 0 || (open && next) { p } else { 0.0 };
+                open = next || s == 0;
+                p *= l.pl / l.pe;
                 if p > 1e200 {
                     p *= 1e-200;
                     scale *= 1e-200;
-                    self.rho.iter_mut().for_each(|r| *r *= 1e-200);
+                    rho[first..=s].iter_mut().for_each(|r| *r *= 1e-200);
                 }
             }
+            rho[n - 1] = p;
+        } else {
+            rho.fill(0.0);
         }
-        self.total = self.contribution(first) * scale;
-        let mut acc = 0.0;
-        for (sum, r) in self.sum[1..].iter_mut().zip(&self.rho) {
-            acc += r;
-            *sum = acc;
-        }
+        self.weigh_deletions();
+        self.total = if possible {
+            self.contribution(first) * scale
+        } else {
+            0.0
+        };
     }
 
-    /// p_d1·p_d2 summed over the sub-paths of each length.
+    /// `sum`, and p_d1·p_d2 summed over the sub-paths of each length.
     fn weigh_deletions(&mut self) {
-        let n = self.rho.len();
-        self.area.clear();
-        let mut acc = 0.0;
-        self.area.push(acc);
-        for &s in &self.sum {
-            acc += s;
-            self.area.push(acc);
+        let n = self.k() + 2;
+        let (rho, sum) = (&self.rho[..n], &mut self.sum[..n + 1]);
+        let (area, deletion) = (&mut self.area[..n + 2], &mut self.deletion[..n + 1]);
+        let (mut one, mut two) = (0.0, 0.0);
+        for s in 0..n {
+            sum[s] = one;
+            area[s] = two;
+            two += one;
+            one += rho[s];
         }
-        self.deletion.clear();
-        self.deletion.push(0.0);
+        sum[n] = one;
+        area[n] = two;
+        two += one;
+        area[n + 1] = two;
         let mut total = 0.0;
         for d in 1..=n {
             // Σ_a (sum[a+d] − sum[a]): all but the first d entries less all but the last d.
-            let parts = (acc - self.area[d]) - self.area[n + 1 - d];
+            let parts = (two - area[d]) - area[n + 1 - d];
             let w = deletion_length(d) * parts.max(0.0);
-            self.deletion.push(w);
+            deletion[d] = w;
             total += w;
         }
         self.deletion_sum = total;
-    }
-
-    /// A connection (or the absence of one at the ends) is possible after `s` light vertices.
-    #[inline]
-    fn connects(&self, s: usize) -> bool {
-        let k = self.k();
-        let specular = |i: usize| i > 0 && i < k && self.links[i].mode != Mode::NonSpecular;
-        s == 0 || s == k + 1 || !(specular(s - 1) || specular(s))
     }
 
     /// τ of C*_{s,t} as f / (Π p^L · Π p^E), each density paired with the geometry term it came through.

@@ -3,7 +3,7 @@
 use super::{Kind, Tally, Vertex, World};
 use crate::accel::{Accel, Ray, closest, offset_origin};
 use crate::sampling::Rng;
-use crate::scatter::{Mode, Transport};
+use crate::scatter::{Bsdf, Mode, Transport};
 use crate::scene::spectrum::Lanes;
 use glam::Vec3;
 
@@ -17,8 +17,14 @@ pub fn scatter<const N: usize>(
 ) -> Option<(Vec3, Mode)> {
     let uc = rng.next_f32();
     let u = rng.next_vec2();
-    let s = x.bsdf.sample(x.frame.to_local(from), dir, uc, u)?;
-    Some((x.frame.to_world(s.to).normalize(), s.mode))
+    let frame = x.frame();
+    // A diffuse lobe asks only which side light comes from.
+    let local = match &x.bsdf {
+        Bsdf::Diffuse(_) => Vec3::new(0.0, 0.0, x.ns.dot(from)),
+        _ => frame.to_local(from),
+    };
+    let s = x.bsdf.sample(local, dir, uc, u)?;
+    Some((frame.to_world(s.to).normalize(), s.mode))
 }
 
 /// The direction into which the delta lobe `mode` at `x` sends what comes from direction `from`.
@@ -29,8 +35,9 @@ pub fn deflect<const N: usize>(
     mode: Mode,
     dir: Transport,
 ) -> Option<Vec3> {
-    let to = x.bsdf.deflect(x.frame.to_local(from), mode, dir)?;
-    Some(x.frame.to_world(to).normalize())
+    let frame = x.frame();
+    let to = x.bsdf.deflect(frame.to_local(from), mode, dir)?;
+    Some(frame.to_world(to).normalize())
 }
 
 /// The vertex that a ray from `x` in unit direction `w` finds: a surface, the sky, or nothing.

@@ -1,6 +1,6 @@
 //! A vertex of a path: a place with what is needed to scatter or emit there, whoever made it.
 
-use crate::accel::{Hit, Ray, Surface, surface};
+use crate::accel::{Hit, Ray, Surface, dpdu, surface};
 use crate::scatter::{Bsdf, Frame, resolve_mix, shade};
 use crate::scene::spectrum::Lanes;
 use crate::scene::{Material, NONE, Scene};
@@ -37,8 +37,10 @@ pub struct Vertex<const N: usize> {
     pub material: u32,
     /// Texture coordinates.
     pub uv: Vec2,
-    /// Shading frame.
-    pub frame: Frame,
+    /// Unit shading normal.
+    pub ns: Vec3,
+    /// First axis of the shading frame, for anisotropic lobes; 0 where any will do.
+    pub tangent: Vec3,
     /// Lobes at the path's wavelengths.
     pub bsdf: Bsdf<N>,
 }
@@ -54,20 +56,21 @@ impl<const N: usize> Vertex<N> {
             light,
             material: NONE,
             uv: Vec2::ZERO,
-            frame: Frame::from_normal(Vec3::Z),
+            ns: Vec3::ZERO,
+            tangent: Vec3::ZERO,
             bsdf: Bsdf::Black,
         }
     }
 
     /// The surface point that a ray hit.
-    #[inline]
+    #[inline(always)]
     pub fn on_surface(scene: &Scene, hit: &Hit, ray: &Ray, lanes: &Lanes<N>) -> Self {
         let s = surface(&scene.geometry, hit, ray);
         Self::from_surface(scene, hit.prim, &s, lanes)
     }
 
     /// A surface point, with its lobes at the wavelengths of `lanes`.
-    #[inline]
+    #[inline(always)]
     pub fn from_surface(scene: &Scene, prim: u32, s: &Surface, lanes: &Lanes<N>) -> Self {
         let shape = &scene.geometry.shapes[scene.geometry.prim_shape[prim as usize] as usize];
         let material = leaf_material(scene, shape.material, s);
@@ -75,10 +78,10 @@ impl<const N: usize> Vertex<N> {
             .materials
             .get(material as usize)
             .is_some_and(Material::is_anisotropic);
-        let frame = if directed {
-            Frame::from_normal_tangent(s.ns, s.dpdu)
+        let tangent = if directed {
+            Frame::from_normal_tangent(s.ns, dpdu(&scene.geometry, prim, s)).x
         } else {
-            Frame::from_normal(s.ns)
+            Vec3::ZERO
         };
         Self {
             p: s.p,
@@ -88,7 +91,8 @@ impl<const N: usize> Vertex<N> {
             light: scene.geometry.prim_light[prim as usize],
             material,
             uv: s.uv,
-            frame,
+            ns: s.ns,
+            tangent,
             bsdf: shade(scene, material, s.uv, lanes),
         }
     }
@@ -130,12 +134,31 @@ impl<const N: usize> Vertex<N> {
         }
     }
 
+    /// Cosine between a unit direction and the geometric normal; 1 where there is no surface to be foreshortened.
+    #[inline]
+    pub fn signed_cos(&self, w: Vec3) -> f32 {
+        match self.kind {
+            Kind::Surface | Kind::Lens => self.ng.dot(w),
+            Kind::Point | Kind::Infinite => 1.0,
+        }
+    }
+
     /// |cos| between a unit direction and the geometric normal; 1 where there is no surface to be foreshortened.
     #[inline]
     pub fn cos(&self, w: Vec3) -> f64 {
-        match self.kind {
-            Kind::Surface | Kind::Lens => self.ng.dot(w).abs() as f64,
-            Kind::Point | Kind::Infinite => 1.0,
+        self.signed_cos(w).abs() as f64
+    }
+
+    /// The shading frame of a surface point.
+    #[inline]
+    pub fn frame(&self) -> Frame {
+        if self.tangent == Vec3::ZERO {
+            return Frame::from_normal(self.ns);
+        }
+        Frame {
+            x: self.tangent,
+            y: self.ns.cross(self.tangent),
+            z: self.ns,
         }
     }
 }

@@ -4,17 +4,18 @@
 use glam::{DVec2, Vec2};
 use std::convert::Infallible;
 
-/// Bits of the counter that number the draws within a step; the others number the step.
-const DRAW_BITS: u32 = 24;
+/// Odd, with about as many ones as zeros in every byte: the stride between the draws of a step.
+const STRIDE: u64 = 0xa076_1d64_78bd_642f;
 
 /// One random stream.
 ///
-/// The n-th number of a step is two rounds of a 64-bit mixer over the counter, with one half of a 128-bit key added
-/// before each round. Two streams whose first keys lie a few counter strides apart still differ by the second key.
+/// A step starts at a hash of its number; its n-th draw is the folded 128-bit product of that start plus n strides with
+/// itself under a second key (the construction of Wang Yi's wyrand). Two streams whose starts lie a few strides apart
+/// still differ by the second key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rng {
     key: [u64; 2],
-    counter: u64,
+    state: u64,
 }
 
 impl Rng {
@@ -25,47 +26,35 @@ impl Rng {
                 .iter()
                 .fold(mix(seed ^ iv), |h, &w| mix(h.wrapping_add(u64::from(w))))
         };
-        Self {
+        let mut rng = Self {
             key: [absorb(0x243f_6a88_85a3_08d3), absorb(0x1319_8a2e_0370_7344)],
-            counter: 0,
-        }
+            state: 0,
+        };
+        rng.set_step(0);
+        rng
     }
 
-    /// Jumps to the first draw of `step`; `step` < 2⁴⁰, and a step holds 2²⁴ draws.
+    /// Jumps to the first draw of `step`.
     #[inline]
     pub fn set_step(&mut self, step: u64) {
-        debug_assert!(step < 1 << (64 - DRAW_BITS));
-        self.counter = step << DRAW_BITS;
-    }
-
-    /// The step that the next draw belongs to.
-    #[inline]
-    pub fn step(&self) -> u64 {
-        self.counter >> DRAW_BITS
-    }
-
-    /// Draws taken in this step so far.
-    #[inline]
-    pub fn draws(&self) -> u32 {
-        (self.counter & ((1 << DRAW_BITS) - 1)) as u32
+        // The golden-ratio stride spreads neighbouring steps over all bits before they are mixed.
+        self.state = mix(step
+            .wrapping_mul(0x9e37_79b9_7f4a_7c15)
+            .wrapping_add(self.key[0]));
     }
 
     /// Passes over `n` draws at no cost.
     #[inline]
     pub fn skip(&mut self, n: u32) {
-        self.counter += u64::from(n);
+        self.state = self.state.wrapping_add(STRIDE.wrapping_mul(u64::from(n)));
     }
 
     /// 64 random bits.
     #[inline]
     pub fn next_u64(&mut self) -> u64 {
-        let c = self.counter;
-        self.counter = c.wrapping_add(1);
-        // The golden-ratio stride spreads neighbouring counters over all bits before the first round.
-        let x = mix(c
-            .wrapping_mul(0x9e37_79b9_7f4a_7c15)
-            .wrapping_add(self.key[0]));
-        finish(x.wrapping_add(self.key[1]))
+        self.state = self.state.wrapping_add(STRIDE);
+        let product = u128::from(self.state) * u128::from(self.state ^ self.key[1]);
+        (product >> 64) as u64 ^ product as u64
     }
 
     /// 32 random bits.
@@ -137,15 +126,6 @@ pub fn mix(mut x: u64) -> u64 {
     x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     x ^ (x >> 31)
-}
-
-/// A second such bijection, unlike the first, so that the rounds do not repeat one another's weaknesses
-/// (multipliers and shifts: Evensen's "moremur").
-#[inline]
-fn finish(mut x: u64) -> u64 {
-    x = (x ^ (x >> 27)).wrapping_mul(0x3c79_ac49_2ba7_b653);
-    x = (x ^ (x >> 33)).wrapping_mul(0x1c69_b3f7_4ac4_ae35);
-    x ^ (x >> 27)
 }
 
 #[cfg(test)]
@@ -238,8 +218,8 @@ mod tests {
         jump.set_step(77);
         let first = jump.next_u64();
         walk.set_step(76);
-        walk.skip(1 << DRAW_BITS);
-        assert_eq!((walk.step(), walk.draws()), (77, 0));
+        assert_ne!(walk.next_u64(), first);
+        walk.set_step(77);
         assert_eq!(walk.next_u64(), first);
     }
 

@@ -22,6 +22,12 @@ impl<const N: usize> Diffuse<N> {
         }
     }
 
+    /// ρ/π: f_s of any two directions on the same side.
+    #[inline]
+    pub fn value(&self) -> Spectrum<N> {
+        Spectrum(self.value)
+    }
+
     /// f_s.
     #[inline]
     pub fn eval(&self, a: Vec3, b: Vec3) -> Spectrum<N> {

@@ -91,7 +91,7 @@ fn lens<const N: usize>(contents: Contents, aperture: f32, specular: usize, leas
             Strategy::Lens,
             &mut x,
             &mut ws,
-            400_000,
+            600_000,
             |r, _, ws, _| {
                 if let Some(r) = r {
                     // The density of y in the raster measure.
@@ -106,7 +106,7 @@ fn lens<const N: usize>(contents: Contents, aperture: f32, specular: usize, leas
         let here = through_chain(world, &x, &ws.pool, first, at, &mut tally).expect("x itself");
         let mut rng = Rng::new(0x9e, 101, 0, 0);
         let (inner, outer) = ((r2 * (-spread).exp()).powi(2), r2 * r2);
-        for i in 0..400_000 {
+        for i in 0..600_000 {
             rng.set_step(i);
             let r = (inner + (outer - inner) * rng.next_f64()).sqrt() as f32;
             let raster = at + Vec2::from_angle(2.0 * PI as f32 * rng.next_f32()) * r;
