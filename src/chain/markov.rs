@@ -16,6 +16,8 @@ pub struct Chain<const N: usize> {
     /// Expected-value weight of x not yet splatted.
     pending: f64,
     stay: u64,
+    /// How strategies are chosen at x; `None` when that is yet to be found out.
+    choice: Option<Choice>,
     /// Counters.
     pub stats: ChainStats,
 }
@@ -28,15 +30,42 @@ pub struct Setting<'a, A: Accel> {
     pub options: &'a MltOptions,
 }
 
-/// The probability with which each strategy is chosen at a path: zero where it does not suit.
+/// The weights with which the strategies are chosen at a path, and their sum: zero where one does not suit.
+#[derive(Clone, Copy, Debug)]
+struct Choice {
+    weights: [f64; Strategy::ALL.len()],
+    total: f64,
+}
+
+impl Choice {
+    /// Which strategy, for a uniform `u` in [0, 1).
+    #[inline]
+    fn pick(&self, u: f64) -> usize {
+        let mut r = u * self.total;
+        let mut chosen = 0;
+        for (i, w) in self.weights.iter().enumerate() {
+            if *w > 0.0 {
+                chosen = i;
+                if r < *w {
+                    break;
+                }
+                r -= w;
+            }
+        }
+        chosen
+    }
+
+    /// Probability of a strategy.
+    #[inline]
+    fn probability(&self, strategy: usize) -> f64 {
+        self.weights[strategy] / self.total
+    }
+}
+
 #[inline]
-fn choice<const N: usize, A: Accel>(
-    set: &Setting<A>,
-    x: &Path<N>,
-    pool: &Pool<N>,
-) -> ([f64; 3], f64) {
+fn choice<const N: usize, A: Accel>(set: &Setting<A>, x: &Path<N>, pool: &Pool<N>) -> Choice {
     let s = set.options.shares.0;
-    let mut w = [0.0; 3];
+    let mut w = [0.0; Strategy::ALL.len()];
     // Asking whether some strategy could make x costs as much as the mutation; where none can, it fails and is a rejection.
     w[0] = s[0];
     if s[1] > 0.0 && LensPerturbation::suits(x, pool).is_some() {
@@ -45,7 +74,10 @@ fn choice<const N: usize, A: Accel>(
     if s[2] > 0.0 && Wavelength::suits(set.world.dispersive, x, pool) {
         w[2] = s[2];
     }
-    (w, w.iter().sum())
+    Choice {
+        weights: w,
+        total: w.iter().sum(),
+    }
 }
 
 impl<const N: usize> Chain<N> {
@@ -60,6 +92,7 @@ impl<const N: usize> Chain<N> {
             step: 0,
             pending: 0.0,
             stay: 0,
+            choice: None,
             stats: ChainStats::default(),
         }
     }
@@ -69,11 +102,12 @@ impl<const N: usize> Chain<N> {
         self.ws.pool.reset();
         self.x.clear();
         self.x.copy_from(path);
-        for slot in &mut self.x.slots {
-            *slot = self.ws.pool.put(*pool.get(*slot));
+        for link in &mut self.x.links {
+            link.slot = self.ws.pool.put(*pool.get(link.slot));
         }
         self.pending = 0.0;
         self.stay = 0;
+        self.choice = None;
     }
 
     /// Vertices of the current path.
@@ -86,24 +120,15 @@ impl<const N: usize> Chain<N> {
     pub fn step<A: Accel>(&mut self, set: &Setting<A>, sink: &mut impl Sink<N>) {
         self.rng.set_step(self.step);
         self.step += 1;
-        let (w, total) = choice(set, &self.x, &self.ws.pool);
+        let (x, pool) = (&self.x, &self.ws.pool);
+        let at_x = *self.choice.get_or_insert_with(|| choice(set, x, pool));
         let mut accepted = false;
         let mut a = 0.0;
-        if total > 0.0 {
-            let mut r = self.rng.next_f64() * total;
-            let mut chosen = 0;
-            for (i, wi) in w.iter().enumerate() {
-                if *wi > 0.0 {
-                    chosen = i;
-                    if r < *wi {
-                        break;
-                    }
-                    r -= wi;
-                }
-            }
+        if at_x.total > 0.0 {
+            let chosen = at_x.pick(self.rng.next_f64());
             let strategy = Strategy::ALL[chosen];
             self.stats.strategies[chosen].proposed += 1;
-            self.ws.begin();
+            self.ws.begin(&self.x);
             let mut ctx = Context {
                 world: set.world,
                 rng: &mut self.rng,
@@ -120,8 +145,8 @@ impl<const N: usize> Chain<N> {
             };
             if let Some(ratio) = ratio {
                 self.stats.strategies[chosen].constructed += 1;
-                let (wy, total_y) = choice(set, &self.ws.y, &self.ws.pool);
-                let ratio = ratio * (wy[chosen] / total_y) / (w[chosen] / total);
+                let at_y = choice(set, &self.ws.y, &self.ws.pool);
+                let ratio = ratio * at_y.probability(chosen) / at_x.probability(chosen);
                 if self.stats.tally.check(ratio) {
                     a = ratio.min(1.0);
                 }
@@ -143,6 +168,7 @@ impl<const N: usize> Chain<N> {
                 if accepted {
                     self.stats.strategies[chosen].accepted += 1;
                     self.ws.accept(&mut self.x);
+                    self.choice = Some(at_y);
                 }
             } else {
                 self.pending += 1.0;

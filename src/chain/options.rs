@@ -67,7 +67,7 @@ impl Default for MltOptions {
             chains: 16,
             seeds: 4096,
             round: 64,
-            rounds_per_generation: 512,
+            rounds_per_generation: 2048,
             shares: Shares::default(),
             direct: Direct::Separate,
             weigh_deletions: true,

@@ -51,16 +51,10 @@ impl SplatBuffer {
     /// that stood still collects its weight). Adds nothing on a fault.
     #[inline]
     pub fn splat(&mut self, raster: Vec2, xyz: [f32; 3], weight: f32) -> Result<(), Fault> {
-        for v in xyz {
-            if !(0.0..=LARGEST).contains(&v) {
-                return Err(Fault::of(v as f64, LARGEST as f64).unwrap_or(Fault::TooLarge));
-            }
-        }
-        if !(0.0..=FULL).contains(&(weight as f64)) {
-            return Err(Fault::of(weight as f64, FULL).unwrap_or(Fault::TooLarge));
-        }
-        if !raster.is_finite() {
-            return Err(Fault::NotANumber);
+        let fits = xyz.map(|v| (0.0..=LARGEST).contains(&v));
+        let weighs = (0.0..=FULL as f32).contains(&weight);
+        if !(fits[0] & fits[1] & fits[2] & weighs & raster.is_finite()) {
+            return Err(fault(raster, xyz, weight));
         }
         self.load += weight as f64;
         let scale = weight as f64 * ONE;
@@ -102,6 +96,18 @@ impl SplatBuffer {
             }
         }
         self.load = 0.0;
+    }
+}
+
+/// What is wrong with a splat that is not taken.
+#[cold]
+fn fault(raster: Vec2, xyz: [f32; 3], weight: f32) -> Fault {
+    let over = |v: f32, largest: f64| Fault::of(v as f64, largest);
+    let value = xyz.iter().find_map(|&v| over(v, LARGEST as f64));
+    match value.or(over(weight, FULL)) {
+        Some(f) => f,
+        None if raster.is_finite() => Fault::TooLarge,
+        None => Fault::NotANumber,
     }
 }
 

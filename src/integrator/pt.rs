@@ -5,7 +5,8 @@ use super::{Budget, Clock, Paths, Progress, Rendered, radiance};
 use crate::accel::Accel;
 use crate::chain::stage;
 use crate::film::Bins;
-use crate::path::{Tally, World};
+use crate::path::{Palette, Tally, World};
+use crate::scene::spectrum::Lanes;
 use std::sync::Mutex;
 
 /// Renders by path tracing. Returns XYZ of each pixel of the crop and the samples a pixel.
@@ -56,19 +57,20 @@ pub fn add_samples<const N: usize, A: Accel>(
     tally: &mut Tally,
 ) {
     let total = Mutex::new(Tally::default());
-    pass.run::<N, Tally>(
+    pass.run::<N, (Tally, Palette<N>)>(
         until,
-        Tally::default,
-        |tally, s, rng, sum| {
+        || (Tally::default(), Palette::new(Lanes::new(0.0))),
+        |(tally, palette), s, rng, sum| {
+            palette.tune(&s.lanes);
             let lens = lens_vertex(world, rng);
             let w = world.lens.direction(lens.p, s.raster);
             let mut faults = Tally::default();
-            radiance(world, &s.lanes, &lens, w, paths, rng, tally, |_, c| {
+            radiance(world, palette, &lens, w, paths, rng, tally, |_, c| {
                 sum.add(c, &s.lanes, &mut faults);
             });
             *tally += faults;
         },
-        |t| *total.lock().expect("no thread panicked") += t,
+        |(t, _)| *total.lock().expect("no thread panicked") += t,
     );
     *tally += *total.lock().expect("no thread panicked");
 }

@@ -3,10 +3,10 @@
 //! Written without the path room's links and densities, so that it checks them.
 
 use crate::accel::Accel;
-use crate::path::{Emitters, Kind, Tally, Vertex, World, scatter, scatter_terms, trace};
+use crate::path::{Emitters, Kind, Palette, Tally, Vertex, World, scatter, scatter_terms, trace};
 use crate::sampling::Rng;
 use crate::scatter::{Mode, Transport};
-use crate::scene::spectrum::{Lanes, Spectrum};
+use crate::scene::spectrum::Spectrum;
 use glam::Vec3;
 
 /// Which paths are wanted.
@@ -26,7 +26,7 @@ const ROULETTE_AFTER: usize = 4;
 #[allow(clippy::too_many_arguments)]
 pub fn radiance<const N: usize, A: Accel>(
     world: &World<A>,
-    lanes: &Lanes<N>,
+    palette: &Palette<N>,
     lens: &Vertex<N>,
     mut w: Vec3,
     paths: Paths,
@@ -40,11 +40,11 @@ pub fn radiance<const N: usize, A: Accel>(
     let mut last_pdf: Option<f64> = None;
     let mut mono = false;
     for edges in 1..=world.max_edges {
-        let Some(v) = trace(world, &x, w, lanes, tally) else {
+        let Some(v) = trace(world, &x, w, palette, tally) else {
             return;
         };
         if Emitters::can_be_hit(&v) {
-            let le = world.emitters.radiance(world.scene, lanes, &v, -w);
+            let le = world.emitters.radiance(world.scene, &v, -w);
             if !le.is_black() {
                 let weight = match last_pdf {
                     None => 1.0,
@@ -66,7 +66,7 @@ pub fn radiance<const N: usize, A: Accel>(
         }
         mono |= N > 1 && v.bsdf.is_dispersive();
         if v.bsdf.has_non_specular() {
-            let c = direct(world, lanes, &v, -w, rng, tally);
+            let c = direct(world, palette, &v, -w, rng, tally);
             if !c.is_black() {
                 by_length(edges + 1, hero(beta * c, mono));
             }
@@ -99,17 +99,17 @@ pub fn radiance<const N: usize, A: Accel>(
 /// Light that reaches `x` directly and is scattered towards `w_e`, MIS-weighted against BSDF sampling.
 fn direct<const N: usize, A: Accel>(
     world: &World<A>,
-    lanes: &Lanes<N>,
+    palette: &Palette<N>,
     x: &Vertex<N>,
     w_e: Vec3,
     rng: &mut Rng,
     tally: &mut Tally,
 ) -> Spectrum<N> {
-    let Some(x0) = world.emitters.sample_point(world.scene, lanes, rng) else {
+    let Some(x0) = world.emitters.sample_point(world.scene, palette, rng) else {
         return Spectrum::ZERO;
     };
     let (w_l, inv_d2) = x.towards(&x0);
-    let le = world.emitters.radiance(world.scene, lanes, &x0, -w_l);
+    let le = world.emitters.radiance(world.scene, &x0, -w_l);
     if le.is_black() {
         return le;
     }

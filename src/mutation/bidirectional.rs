@@ -10,9 +10,7 @@
 use super::falsify::{Density, factor, odd_row};
 use super::{Context, Workspace};
 use crate::accel::Accel;
-use crate::path::{
-    Emitters, Ends, Kind, Path, Vertex, deletion_length, half_to, scatter, trace, trace_ray,
-};
+use crate::path::{Emitters, Ends, Kind, Path, deletion_length, half_to, scatter, trace_ray};
 use crate::scatter::{Mode, Transport};
 
 /// See the module.
@@ -122,7 +120,7 @@ impl Insertion {
 
 /// p_d[l,m] of a path whose strategies are known.
 fn deletion_probability<const N: usize>(x: &Path<N>, ends: Ends, weigh: bool) -> f64 {
-    let n = x.slots.len() + 1;
+    let n = x.links.len() + 1;
     let d = n - ends.light - ends.eye;
     if weigh {
         deletion_length(d) * (x.sum[ends.light + d] - x.sum[ends.light]) / x.deletion_sum
@@ -136,7 +134,7 @@ fn deletion_probability<const N: usize>(x: &Path<N>, ends: Ends, weigh: bool) ->
 
 /// Chooses the sub-path to delete.
 fn sample_deletion<const N: usize>(x: &Path<N>, u: f64, weigh: bool) -> Option<Ends> {
-    let n = x.slots.len() + 1;
+    let n = x.links.len() + 1;
     let weight = |a: usize, d: usize| if weigh { x.sum[a + d] - x.sum[a] } else { 1.0 };
     let of_length = |d: usize| {
         if weigh {
@@ -185,7 +183,7 @@ impl Bidirectional {
             return None;
         }
         let ends = sample_deletion(x, ctx.rng.next_f64(), ctx.weigh_deletions)?;
-        let (a, n) = (ends.light, x.slots.len() + 1);
+        let (a, n) = (ends.light, x.links.len() + 1);
         let kd = n - a - ends.eye;
         let ins = Insertion::of(ends, ctx);
         if !ins.contains(kd) {
@@ -199,14 +197,9 @@ impl Bidirectional {
         ws.y.lanes = x.lanes;
         let mode_l = grow_light(x, ws, ctx, a, light_new)?;
         let mode_e = grow_eye(x, ws, ctx, ends.eye, eye_new, a + light_new == 0)?;
-        while let Some(v) = ws.from_eye.pop() {
-            ws.inner.push(v);
-        }
-        let inner = std::mem::take(&mut ws.inner);
-        ws.y.splice(x, ends, &inner);
-        ws.inner = inner;
+        ws.splice(x);
         let y = &mut ws.y;
-        let last = y.slots.len() - 1;
+        let last = y.links.len() - 1;
         if a >= 1 {
             y.links[a - 1].mode = mode_l;
         }
@@ -214,7 +207,7 @@ impl Bidirectional {
         if m <= last {
             y.links[m].mode = mode_e;
         }
-        if a + light_new == 0 && !Emitters::can_be_hit(ws.pool.get(y.slots[0])) {
+        if a + light_new == 0 && !Emitters::can_be_hit(ws.pool.get(y.links[0].slot)) {
             return None;
         }
         y.relink(ctx.world, &ws.pool, a.saturating_sub(1), m.min(last));
@@ -240,7 +233,7 @@ impl Bidirectional {
         ends: Ends,
         ctx: &Context<A>,
     ) -> f64 {
-        let edges = |p: &Path<N>| p.slots.len() + 1 - ends.light - ends.eye;
+        let edges = |p: &Path<N>| p.links.len() + 1 - ends.light - ends.eye;
         let (kd, ka) = (edges(x), edges(y));
         let ins = Insertion::of(ends, ctx);
         deletion_probability(x, ends, ctx.weigh_deletions)
@@ -254,6 +247,7 @@ impl Bidirectional {
 }
 
 /// Adds `count` vertices after the kept light end; returns the mode at its last vertex.
+#[inline]
 fn grow_light<const N: usize, A: Accel>(
     x: &Path<N>,
     ws: &mut Workspace<N>,
@@ -261,21 +255,20 @@ fn grow_light<const N: usize, A: Accel>(
     kept: usize,
     count: usize,
 ) -> Option<Mode> {
-    let lanes = x.lanes;
     let mut end_mode = Mode::NonSpecular;
     if count == 0 {
         return Some(end_mode);
     }
     let world = ctx.world;
     let mut left = count;
-    let mut cur: Vertex<N> = if kept == 0 {
-        let x0 = world.emitters.sample_point(world.scene, &lanes, ctx.rng)?;
-        let slot = ws.put(x0);
-        ws.inner.push((slot, Mode::NonSpecular));
+    let mut cur = if kept == 0 {
+        let x0 = world
+            .emitters
+            .sample_point(world.scene, &ws.palette, ctx.rng)?;
         left -= 1;
-        x0
+        ws.put_from_light(x0, Mode::NonSpecular)
     } else {
-        *ws.pool.get(x.slots[kept - 1])
+        x.links[kept - 1].slot
     };
     let mut index = kept.max(1) - 1;
     let mut from = if index > 0 {
@@ -284,26 +277,23 @@ fn grow_light<const N: usize, A: Accel>(
         glam::Vec3::ZERO
     };
     while left > 0 {
-        let (next, w) = if index == 0 {
-            let (o, w) = world.emitters.sample_direction(world.scene, &cur, ctx.rng);
-            (
-                trace_ray(world, world.leave(&cur, o, w), w, &lanes, ctx.tally)?,
-                w,
-            )
+        let v = ws.pool.get(cur);
+        let (o, w) = if index == 0 {
+            let (o, w) = world.emitters.sample_direction(world.scene, v, ctx.rng);
+            (world.leave(v, o, w), w)
         } else {
-            let (w, mode) = scatter(&cur, from, Transport::FromLight, ctx.rng)?;
-            match ws.inner.last_mut() {
+            let (w, mode) = scatter(v, from, Transport::FromLight, ctx.rng)?;
+            match ws.from_light.last_mut() {
                 Some(v) => v.1 = mode,
                 None => end_mode = mode,
             }
-            (trace(world, &cur, w, &lanes, ctx.tally)?, w)
+            (world.leave(v, v.p, w), w)
         };
+        let next = trace_ray(world, o, w, &ws.palette, ctx.tally)?;
         if next.kind != Kind::Surface {
             return None;
         }
-        let slot = ws.put(next);
-        ws.inner.push((slot, Mode::NonSpecular));
-        cur = next;
+        cur = ws.put_from_light(next, Mode::NonSpecular);
         from = -w;
         index += 1;
         left -= 1;
@@ -313,6 +303,7 @@ fn grow_light<const N: usize, A: Accel>(
 
 /// Adds `count` vertices before the kept eye end; returns the mode at its first vertex. With `reaches_light` the last
 /// one found is to be x0.
+#[inline]
 fn grow_eye<const N: usize, A: Accel>(
     x: &Path<N>,
     ws: &mut Workspace<N>,
@@ -321,22 +312,19 @@ fn grow_eye<const N: usize, A: Accel>(
     count: usize,
     reaches_light: bool,
 ) -> Option<Mode> {
-    let lanes = x.lanes;
     let mut end_mode = Mode::NonSpecular;
     if count == 0 {
         return Some(end_mode);
     }
     let world = ctx.world;
     let mut left = count;
-    let n = x.slots.len();
-    let mut cur: Vertex<N> = if kept == 0 {
+    let n = x.links.len();
+    let mut cur = if kept == 0 {
         let lens = world.lens.sample_vertex(ctx.rng.next_vec2());
-        let slot = ws.put(lens);
-        ws.from_eye.push((slot, Mode::NonSpecular));
         left -= 1;
-        lens
+        ws.put_from_eye(lens, Mode::NonSpecular)
     } else {
-        *ws.pool.get(x.slots[n - kept])
+        x.links[n - kept].slot
     };
     let mut from = if kept >= 2 {
         x.links[n - kept].dir
@@ -344,26 +332,26 @@ fn grow_eye<const N: usize, A: Accel>(
         glam::Vec3::ZERO
     };
     while left > 0 {
-        let w = if cur.kind == Kind::Lens {
+        let v = ws.pool.get(cur);
+        let w = if v.kind == Kind::Lens {
             world
                 .lens
-                .direction(cur.p, world.lens.sample_raster(ctx.rng.next_vec2()))
+                .direction(v.p, world.lens.sample_raster(ctx.rng.next_vec2()))
         } else {
-            let (w, mode) = scatter(&cur, from, Transport::FromEye, ctx.rng)?;
+            let (w, mode) = scatter(v, from, Transport::FromEye, ctx.rng)?;
             match ws.from_eye.last_mut() {
                 Some(v) => v.1 = mode,
                 None => end_mode = mode,
             }
             w
         };
-        let next = trace(world, &cur, w, &lanes, ctx.tally)?;
+        let o = world.leave(v, v.p, w);
+        let next = trace_ray(world, o, w, &ws.palette, ctx.tally)?;
         left -= 1;
         if next.kind != Kind::Surface && !(left == 0 && reaches_light) {
             return None;
         }
-        let slot = ws.put(next);
-        ws.from_eye.push((slot, Mode::NonSpecular));
-        cur = next;
+        cur = ws.put_from_eye(next, Mode::NonSpecular);
         from = -w;
     }
     Some(end_mode)

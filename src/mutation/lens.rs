@@ -26,7 +26,7 @@ impl LensPerturbation {
         }
         if j == 0 {
             // LS*E: the retraced chain must end on the emitter.
-            return crate::path::Emitters::can_be_hit(pool.get(x.slots[0])).then_some(0);
+            return crate::path::Emitters::can_be_hit(pool.get(x.links[0].slot)).then_some(0);
         }
         (j == 1 || x.links[j - 1].mode == Mode::NonSpecular).then_some(j)
     }
@@ -51,30 +51,24 @@ impl LensPerturbation {
             light: first,
             eye: 1,
         };
-        let mut cur = *ws.pool.get(x.slots[k]);
-        let mut w = world.lens.direction(cur.p, raster);
+        let mut cur = x.links[k].slot;
+        let mut w = world.lens.direction(ws.pool.get(cur).p, raster);
         for i in (first..k).rev() {
-            let next = trace(world, &cur, w, &x.lanes, ctx.tally)?;
+            let next = trace(world, ws.pool.get(cur), w, &ws.palette, ctx.tally)?;
             let mode = x.links[i].mode;
             if next.kind != Kind::Surface && i > 0 {
                 return None;
             }
-            let slot = ws.put(next);
-            ws.from_eye.push((slot, mode));
+            cur = ws.put_from_eye(next, mode);
+            let next = ws.pool.get(cur);
             if i > first {
-                w = deflect(&next, -w, mode, Transport::FromEye)?;
+                w = deflect(next, -w, mode, Transport::FromEye)?;
             } else if i > 0 && !next.bsdf.has_non_specular() {
                 return None;
             }
-            cur = next;
         }
-        while let Some(v) = ws.from_eye.pop() {
-            ws.inner.push(v);
-        }
-        let inner = std::mem::take(&mut ws.inner);
-        ws.y.splice(x, ws.ends, &inner);
-        ws.inner = inner;
-        if first == 0 && !crate::path::Emitters::can_be_hit(ws.pool.get(ws.y.slots[0])) {
+        ws.splice(x);
+        if first == 0 && !crate::path::Emitters::can_be_hit(ws.pool.get(ws.y.links[0].slot)) {
             return None;
         }
         let y = &mut ws.y;

@@ -15,9 +15,10 @@ pub use lens::LensPerturbation;
 pub use wavelength::Wavelength;
 
 use crate::accel::Accel;
-use crate::path::{Ends, Path, Pool, Tally, Vertex, World};
+use crate::path::{Ends, Palette, Path, Pool, Tally, Vertex, World};
 use crate::sampling::Rng;
 use crate::scatter::Mode;
+use crate::scene::spectrum::Lanes;
 
 /// The strategies, in the order in which statistics list them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize)]
@@ -49,14 +50,14 @@ impl Strategy {
 pub struct Workspace<const N: usize> {
     /// Vertices of both paths.
     pub pool: Pool<N>,
+    /// Spectra at the wavelengths of x.
+    pub palette: Palette<N>,
     /// The proposal.
     pub y: Path<N>,
-    /// New vertices of the proposal in path order, with their modes.
-    pub inner: Vec<(u16, Mode)>,
-    /// New vertices found from the eye side, last first.
+    /// New vertices found from the light side, in path order, with their modes.
+    pub from_light: Vec<(u16, Mode)>,
+    /// New vertices found from the eye side, against path order, with their modes.
     pub from_eye: Vec<(u16, Mode)>,
-    /// Slots taken by this proposal.
-    pub fresh: Vec<u16>,
     /// Which ends of x the proposal keeps.
     pub ends: Ends,
 }
@@ -66,43 +67,72 @@ impl<const N: usize> Workspace<N> {
     pub fn new(max_edges: usize) -> Self {
         Self {
             pool: Pool::new(3 * max_edges + 9),
-            y: Path::new(max_edges, crate::scene::spectrum::Lanes::new(0.0)),
-            inner: Vec::with_capacity(max_edges + 3),
+            palette: Palette::new(Lanes::new(0.0)),
+            y: Path::new(max_edges, Lanes::new(0.0)),
+            from_light: Vec::with_capacity(max_edges + 3),
             from_eye: Vec::with_capacity(max_edges + 3),
-            fresh: Vec::with_capacity(2 * max_edges + 6),
             ends: Ends { light: 0, eye: 0 },
         }
     }
 
-    /// Forgets the last proposal's scratch.
+    /// Forgets the last proposal's scratch and makes ready for one from x.
     #[inline]
-    pub fn begin(&mut self) {
-        self.inner.clear();
-        self.from_eye.clear();
-        self.fresh.clear();
+    pub fn begin(&mut self, x: &Path<N>) {
+        self.forget();
+        self.palette.tune(&x.lanes);
     }
 
-    /// Takes a slot for a vertex of the proposal.
     #[inline]
-    pub fn put(&mut self, v: Vertex<N>) -> u16 {
+    fn forget(&mut self) {
+        self.from_light.clear();
+        self.from_eye.clear();
+    }
+
+    /// Takes a slot for a vertex of the proposal found from the light side.
+    #[inline]
+    pub fn put_from_light(&mut self, v: Vertex<N>, mode: Mode) -> u16 {
         let slot = self.pool.put(v);
-        self.fresh.push(slot);
+        self.from_light.push((slot, mode));
         slot
+    }
+
+    /// Takes a slot for a vertex of the proposal found from the eye side.
+    #[inline]
+    pub fn put_from_eye(&mut self, v: Vertex<N>, mode: Mode) -> u16 {
+        let slot = self.pool.put(v);
+        self.from_eye.push((slot, mode));
+        slot
+    }
+
+    /// Slots taken by this proposal.
+    #[inline]
+    pub fn fresh(&self) -> impl Iterator<Item = u16> {
+        self.from_light.iter().chain(&self.from_eye).map(|v| v.0)
+    }
+
+    /// `y` becomes x with the new vertices between the kept ends.
+    #[inline]
+    pub fn splice(&mut self, x: &Path<N>) {
+        self.y
+            .splice(x, self.ends, &self.from_light, &self.from_eye);
     }
 
     /// The proposal is dropped.
     #[inline]
     pub fn reject(&mut self) {
-        self.pool.release(&self.fresh);
-        self.fresh.clear();
+        for v in self.from_light.drain(..).chain(self.from_eye.drain(..)) {
+            self.pool.release(v.0);
+        }
     }
 
     /// The proposal becomes the current path `x`.
     #[inline]
     pub fn accept(&mut self, x: &mut Path<N>) {
-        let old = self.ends.light..x.slots.len() - self.ends.eye;
-        self.pool.release(&x.slots[old]);
-        self.fresh.clear();
+        let old = self.ends.light..x.links.len() - self.ends.eye;
+        for l in &x.links[old] {
+            self.pool.release(l.slot);
+        }
+        self.forget();
         std::mem::swap(x, &mut self.y);
     }
 }

@@ -18,10 +18,9 @@ impl Wavelength {
     pub fn suits<const N: usize>(dispersive: bool, x: &Path<N>, pool: &Pool<N>) -> bool {
         !dispersive
             || !x
-                .slots
+                .links
                 .iter()
-                .zip(&x.links)
-                .any(|(&s, l)| l.mode != Mode::NonSpecular && pool.get(s).bsdf.is_dispersive())
+                .any(|l| l.mode != Mode::NonSpecular && pool.get(l.slot).bsdf.is_dispersive())
     }
 
     /// Proposes y in `ws.y`; see [`super`].
@@ -32,18 +31,21 @@ impl Wavelength {
     ) -> Option<f64> {
         let lanes = ctx.world.lanes(ctx.rng.next_f32());
         ws.ends = Ends { light: 0, eye: 0 };
-        for (&slot, link) in x.slots.iter().zip(&x.links) {
-            let v = ws.pool.get(slot).at_wavelengths(ctx.world.scene, &lanes);
-            let new = ws.put(v);
-            ws.inner.push((new, link.mode));
+        // The geometry of every link stays; what depends on the wavelength is computed again.
+        ws.y.links.clone_from(&x.links);
+        ws.y.lanes = lanes;
+        ws.y.raster = x.raster;
+        for i in 0..x.links.len() {
+            let l = &x.links[i];
+            let v =
+                ws.pool
+                    .get(l.slot)
+                    .at_wavelengths(&ctx.world.emitters, ctx.world.scene, &lanes);
+            ws.y.links[i].slot = ws.put_from_light(v, l.mode);
         }
-        let inner = std::mem::take(&mut ws.inner);
-        ws.y.splice(x, ws.ends, &inner);
-        ws.inner = inner;
         let y = &mut ws.y;
-        y.lanes = lanes;
         let k = y.k();
-        y.relink(ctx.world, &ws.pool, 0, k);
+        y.relink_parts(ctx.world, &ws.pool, 0..0, 0..k + 1);
         if !ctx.carries(y, &ws.pool) {
             return None;
         }

@@ -1,6 +1,6 @@
 //! Bidirectional sampling: a light and an eye sub-path, and every path x_{s,t} that joins them (Veach chapter 10).
 
-use super::{Emitters, Path, Pool, Tally, Vertex, World, walk::Walk};
+use super::{Emitters, Palette, Path, Pool, Tally, Vertex, World, walk::Walk};
 use crate::accel::Accel;
 use crate::sampling::Rng;
 use crate::scatter::{Mode, Transport};
@@ -39,6 +39,7 @@ pub struct Sampler<const N: usize> {
     light: Path<N>,
     eye: Path<N>,
     joined: Path<N>,
+    palette: Palette<N>,
 }
 
 impl<const N: usize> Sampler<N> {
@@ -52,6 +53,7 @@ impl<const N: usize> Sampler<N> {
             light: path(),
             eye: path(),
             joined: path(),
+            palette: Palette::new(Lanes::new(0.0)),
         }
     }
 
@@ -65,6 +67,7 @@ impl<const N: usize> Sampler<N> {
         tally: &mut Tally,
     ) {
         self.pool.reset();
+        self.palette.tune(lanes);
         for p in [&mut self.light, &mut self.eye, &mut self.joined] {
             p.clear();
             p.lanes = *lanes;
@@ -76,7 +79,7 @@ impl<const N: usize> Sampler<N> {
         self.eye_walk.follow(
             world,
             &mut self.pool,
-            lanes,
+            &self.palette,
             Transport::FromEye,
             ray,
             max + 1,
@@ -84,14 +87,14 @@ impl<const N: usize> Sampler<N> {
             tally,
         );
         self.light_walk.clear();
-        if let Some(x0) = world.emitters.sample_point(world.scene, lanes, rng) {
+        if let Some(x0) = world.emitters.sample_point(world.scene, &self.palette, rng) {
             let ray = world.emitters.sample_direction(world.scene, &x0, rng);
             let ray = (world.leave(&x0, ray.0, ray.1), ray.1);
             self.light_walk.start(self.pool.put(x0));
             self.light_walk.follow(
                 world,
                 &mut self.pool,
-                lanes,
+                &self.palette,
                 Transport::FromLight,
                 ray,
                 max,
@@ -168,25 +171,23 @@ impl<const N: usize> Sampler<N> {
         tally: &mut Tally,
     ) -> Option<f64> {
         let (pool, y) = (&self.pool, &mut self.joined);
-        let first_eye = self.eye.slots.len() - t;
+        let first_eye = self.eye.links.len() - t;
         // Cheap reasons first: the ends must be able to emit or to scatter diffusely.
         if s == 0 {
-            if !Emitters::can_be_hit(pool.get(self.eye.slots[first_eye])) {
+            if !Emitters::can_be_hit(pool.get(self.eye.links[first_eye].slot)) {
                 return None;
             }
         } else {
             let (z, e) = (
-                pool.get(self.light.slots[s - 1]),
-                pool.get(self.eye.slots[first_eye]),
+                pool.get(self.light.links[s - 1].slot),
+                pool.get(self.eye.links[first_eye].slot),
             );
             if (s > 1 && !z.bsdf.has_non_specular()) || (t > 1 && !e.bsdf.has_non_specular()) {
                 return None;
             }
         }
         y.clear();
-        y.slots.extend_from_slice(&self.light.slots[..s]);
         y.links.extend_from_slice(&self.light.links[..s]);
-        y.slots.extend_from_slice(&self.eye.slots[first_eye..]);
         y.links.extend_from_slice(&self.eye.links[first_eye..]);
         y.raster = self.eye.raster;
         if s == 0 {

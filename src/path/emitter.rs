@@ -3,7 +3,7 @@
 //! One fixed distribution over all lights chooses everywhere, so every p_{s,t} evaluates it exactly. All infinite lights
 //! that are not delta are one emitter, the sky: its radiance is their sum and its density the mixture of theirs.
 
-use super::{Kind, Vertex};
+use super::{Kind, Palette, Vertex};
 use crate::accel::surface::{quadric_at, surface_at};
 use crate::sampling::{Discrete, Grid2d, Rng, octahedral, warp};
 use crate::scatter::Frame;
@@ -100,15 +100,25 @@ impl Emitters {
     }
 
     /// The sky in unit direction `w`.
-    pub fn sky_vertex<const N: usize>(&self, w: Vec3) -> Vertex<N> {
-        Vertex::bare(Kind::Infinite, w, Vec3::ZERO, NONE)
+    pub fn sky_vertex<const N: usize>(
+        &self,
+        scene: &Scene,
+        lanes: &Lanes<N>,
+        w: Vec3,
+    ) -> Vertex<N> {
+        let mut v = Vertex::bare(Kind::Infinite, w, Vec3::ZERO, NONE);
+        v.emission = self
+            .sky
+            .iter()
+            .fold(Spectrum::ZERO, |sum, &i| sum + from_sky(scene, i, lanes, w));
+        v
     }
 
     /// Samples x0; its density is [`Self::pdf_point`].
     pub fn sample_point<const N: usize>(
         &self,
         scene: &Scene,
-        lanes: &Lanes<N>,
+        palette: &Palette<N>,
         rng: &mut Rng,
     ) -> Option<Vertex<N>> {
         let (i, _) = self.choice.as_ref()?.sample(rng.next_f64());
@@ -138,22 +148,29 @@ impl Emitters {
                         )
                     }
                 };
-                Vertex::from_surface(scene, *prim, &s, lanes)
+                Vertex::from_surface(scene, *prim, &s, palette)
             }
             Light::Point { position, .. } | Light::Spot { position, .. } => {
-                Vertex::bare(Kind::Point, *position, Vec3::ZERO, i as u32)
+                let mut v = Vertex::bare(Kind::Point, *position, Vec3::ZERO, i as u32);
+                v.emission = palette.emission(scene, i as u32);
+                v
             }
             Light::Distant { direction, .. } => {
-                Vertex::bare(Kind::Infinite, -*direction, Vec3::ZERO, i as u32)
+                let mut v = Vertex::bare(Kind::Infinite, -*direction, Vec3::ZERO, i as u32);
+                v.emission = palette.emission(scene, i as u32);
+                v
             }
-            Light::InfiniteConstant { .. } => self.sky_vertex(warp::sphere(u)),
+            Light::InfiniteConstant { .. } => {
+                self.sky_vertex(scene, palette.lanes(), warp::sphere(u))
+            }
             Light::InfiniteImage { to_world, .. } => {
                 let g = self
                     .sky
                     .iter()
                     .position(|&k| k == i as u32)
                     .and_then(|k| self.grids[k].as_ref())?;
-                self.sky_vertex((*to_world * octahedral::to_sphere(g.sample(u).0)).normalize())
+                let w = (*to_world * octahedral::to_sphere(g.sample(u).0)).normalize();
+                self.sky_vertex(scene, palette.lanes(), w)
             }
         })
     }
@@ -202,76 +219,24 @@ impl Emitters {
 
     /// Radiance (intensity for a point, irradiance for a distant light) that leaves x0 in unit direction `w`.
     #[inline]
-    pub fn radiance<const N: usize>(
-        &self,
-        scene: &Scene,
-        lanes: &Lanes<N>,
-        x0: &Vertex<N>,
-        w: Vec3,
-    ) -> Spectrum<N> {
+    pub fn radiance<const N: usize>(&self, scene: &Scene, x0: &Vertex<N>, w: Vec3) -> Spectrum<N> {
         if x0.light == NONE {
-            return if x0.kind == Kind::Infinite {
-                self.sky_radiance(scene, lanes, x0.p)
-            } else {
-                Spectrum::ZERO
-            };
+            return x0.emission;
         }
         match &scene.lights[x0.light as usize] {
-            Light::Area {
-                two_sided,
-                radiance,
-                ..
-            } if *two_sided || x0.ng.dot(w) > 0.0 => radiance.eval(lanes),
-            Light::Point { intensity, .. } => intensity.eval(lanes),
+            Light::Area { two_sided, .. } if *two_sided || x0.ng.dot(w) > 0.0 => x0.emission,
+            Light::Point { .. } | Light::Distant { .. } => x0.emission,
             Light::Spot {
                 direction,
                 cos_start,
                 cos_end,
-                intensity,
                 ..
             } => {
                 let c = ((direction.dot(w) - cos_end) / (cos_start - cos_end)).clamp(0.0, 1.0);
-                intensity.eval(lanes) * (c * c * (3.0 - 2.0 * c))
+                x0.emission * (c * c * (3.0 - 2.0 * c))
             }
-            Light::Distant { irradiance, .. } => irradiance.eval(lanes),
             _ => Spectrum::ZERO,
         }
-    }
-
-    fn sky_radiance<const N: usize>(
-        &self,
-        scene: &Scene,
-        lanes: &Lanes<N>,
-        to_sky: Vec3,
-    ) -> Spectrum<N> {
-        let mut sum = Spectrum::ZERO;
-        for &i in &self.sky {
-            sum += match &scene.lights[i as usize] {
-                Light::InfiniteConstant { radiance } => radiance.eval(lanes),
-                Light::InfiniteImage {
-                    image,
-                    to_world,
-                    illuminant,
-                } => {
-                    let im = &scene.images[*image as usize];
-                    let st = octahedral::to_square(to_world.transpose() * to_sky);
-                    let (w, h) = (im.width as usize, im.height as usize);
-                    let x = ((st.x * w as f32) as usize).min(w - 1);
-                    let y = ((st.y * h as f32) as usize).min(h - 1);
-                    let rgb = im.rgb[y * w + x];
-                    let scale = 2.0 * rgb[0].max(rgb[1]).max(rgb[2]);
-                    if scale <= 0.0 {
-                        Spectrum::ZERO
-                    } else {
-                        Rgb2Spec::get().fetch(rgb.map(|c| c / scale)).eval(lanes)
-                            * scale
-                            * illuminant.eval(lanes)
-                    }
-                }
-                _ => Spectrum::ZERO,
-            };
-        }
-        sum
     }
 
     /// Samples a ray that leaves x0: origin and unit direction. A vertex at infinity sends it through the scene's disk.
@@ -359,5 +324,37 @@ impl Emitters {
                 }
             }
         }
+    }
+}
+
+/// What the infinite light `light` sends from unit direction `to_sky`.
+fn from_sky<const N: usize>(
+    scene: &Scene,
+    light: u32,
+    lanes: &Lanes<N>,
+    to_sky: Vec3,
+) -> Spectrum<N> {
+    match &scene.lights[light as usize] {
+        Light::InfiniteConstant { radiance } => radiance.eval(lanes),
+        Light::InfiniteImage {
+            image,
+            to_world,
+            illuminant,
+        } => {
+            let im = &scene.images[*image as usize];
+            let st = octahedral::to_square(to_world.transpose() * to_sky);
+            let (w, h) = (im.width as usize, im.height as usize);
+            let x = ((st.x * w as f32) as usize).min(w - 1);
+            let y = ((st.y * h as f32) as usize).min(h - 1);
+            let rgb = im.rgb[y * w + x];
+            let scale = 2.0 * rgb[0].max(rgb[1]).max(rgb[2]);
+            if scale <= 0.0 {
+                return Spectrum::ZERO;
+            }
+            Rgb2Spec::get().fetch(rgb.map(|c| c / scale)).eval(lanes)
+                * scale
+                * illuminant.eval(lanes)
+        }
+        _ => Spectrum::ZERO,
     }
 }

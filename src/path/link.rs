@@ -32,6 +32,8 @@ pub struct Link<const N: usize> {
     pub prob_l: f32,
     /// Scattering mode at x_i.
     pub mode: Mode,
+    /// Pool slot of x_i.
+    pub slot: u16,
 }
 
 impl<const N: usize> Default for Link<N> {
@@ -48,11 +50,22 @@ impl<const N: usize> Default for Link<N> {
             prob_e: 1.0,
             prob_l: 1.0,
             mode: Mode::NonSpecular,
+            slot: 0,
         }
     }
 }
 
 impl<const N: usize> Link<N> {
+    /// A vertex with its scattering mode; the rest is for [`Path::relink`](super::Path::relink) to find out.
+    #[inline]
+    pub fn at(slot: u16, mode: Mode) -> Self {
+        Self {
+            slot,
+            mode,
+            ..Self::default()
+        }
+    }
+
     /// Turns a density per solid angle at x_i into one per area at x_{i+1}.
     #[inline]
     pub fn to_far(&self) -> f64 {

@@ -31,10 +31,10 @@ impl<const N: usize> Pool<N> {
         i
     }
 
-    /// Gives slots back.
+    /// Gives a slot back.
     #[inline]
-    pub fn release(&mut self, slots: &[u16]) {
-        self.free.extend_from_slice(slots);
+    pub fn release(&mut self, slot: u16) {
+        self.free.push(slot);
     }
 
     /// The vertex in a slot.

@@ -20,9 +20,7 @@ pub struct Ends {
 /// A path x0 … xk.
 #[derive(Clone, Debug)]
 pub struct Path<const N: usize> {
-    /// Pool slots of x0 … xk.
-    pub slots: Vec<u16>,
-    /// Links, parallel to `slots`.
+    /// Vertices x0 … xk, by their pool slots, with what belongs to them.
     pub links: Vec<Link<N>>,
     /// Wavelengths.
     pub lanes: Lanes<N>,
@@ -55,7 +53,6 @@ impl<const N: usize> Path<N> {
     /// An empty path with room for `max_edges` edges.
     pub fn new(max_edges: usize, lanes: Lanes<N>) -> Self {
         Self {
-            slots: Vec::with_capacity(max_edges + 1),
             links: Vec::with_capacity(max_edges + 1),
             lanes,
             shape: Spectrum::ZERO,
@@ -79,7 +76,6 @@ impl<const N: usize> Path<N> {
 
     /// Becomes a copy of `o`, slots and all, without allocating.
     pub fn copy_from(&mut self, o: &Self) {
-        self.slots.clone_from(&o.slots);
         self.links.clone_from(&o.links);
         let n = o.k() + 2;
         self.rho[..n].copy_from_slice(&o.rho[..n]);
@@ -98,12 +94,11 @@ impl<const N: usize> Path<N> {
     /// Number of edges k.
     #[inline]
     pub fn k(&self) -> usize {
-        self.slots.len() - 1
+        self.links.len() - 1
     }
 
     /// Forgets all vertices.
     pub fn clear(&mut self) {
-        self.slots.clear();
         self.links.clear();
         self.known = false;
     }
@@ -111,28 +106,28 @@ impl<const N: usize> Path<N> {
     /// Appends a vertex with its scattering mode.
     #[inline]
     pub fn push(&mut self, slot: u16, mode: Mode) {
-        self.slots.push(slot);
-        self.links.push(Link {
-            mode,
-            ..Link::default()
-        });
+        self.links.push(Link::at(slot, mode));
     }
 
-    /// Becomes a copy of `x` with `inner` in place of everything between the kept ends; links of the ends are copied,
-    /// the modes of new vertices are given, [`Self::relink`] does the rest.
+    /// Becomes a copy of `x` with other vertices in place of everything between the kept ends: those found from the
+    /// light side in path order, then those found from the eye side, last first. Links of the ends are copied, the modes
+    /// of new vertices are given, [`Self::relink`] does the rest.
     #[inline]
-    pub fn splice(&mut self, x: &Self, ends: Ends, inner: &[(u16, Mode)]) {
+    pub fn splice(
+        &mut self,
+        x: &Self,
+        ends: Ends,
+        from_light: &[(u16, Mode)],
+        from_eye: &[(u16, Mode)],
+    ) {
         self.clear();
         self.lanes = x.lanes;
         self.raster = x.raster;
-        self.slots.extend_from_slice(&x.slots[..ends.light]);
         self.links.extend_from_slice(&x.links[..ends.light]);
-        for &(slot, mode) in inner {
-            self.push(slot, mode);
-        }
-        let from = x.slots.len() - ends.eye;
-        self.slots.extend_from_slice(&x.slots[from..]);
-        self.links.extend_from_slice(&x.links[from..]);
+        let new = from_light.iter().chain(from_eye.iter().rev());
+        self.links.extend(new.map(|v| Link::at(v.0, v.1)));
+        self.links
+            .extend_from_slice(&x.links[x.links.len() - ends.eye..]);
     }
 
     /// Recomputes edges between vertices `a` … `b` and the scattering at each of them.
@@ -160,7 +155,10 @@ impl<const N: usize> Path<N> {
 
     #[inline]
     fn edge(&mut self, pool: &Pool<N>, i: usize) {
-        let (p, q) = (pool.get(self.slots[i]), pool.get(self.slots[i + 1]));
+        let (p, q) = (
+            pool.get(self.links[i].slot),
+            pool.get(self.links[i + 1].slot),
+        );
         let (dir, inv_d2) = p.towards(q);
         let link = &mut self.links[i];
         link.dir = dir;
@@ -173,11 +171,11 @@ impl<const N: usize> Path<N> {
     #[inline]
     fn scatter<A: Accel>(&mut self, world: &World<A>, pool: &Pool<N>, i: usize) {
         let k = self.k();
-        let x = pool.get(self.slots[i]);
+        let x = pool.get(self.links[i].slot);
         if i == 0 {
             self.leave_light(world, x);
         } else if i == k {
-            self.reach_lens(world, x, pool.get(self.slots[k - 1]));
+            self.reach_lens(world, x, pool.get(self.links[k - 1].slot));
         } else {
             let Some([before, here, after]) = self.links.get_mut(i - 1..i + 2) else {
                 unreachable!("an inner vertex has neighbours");
@@ -199,7 +197,7 @@ impl<const N: usize> Path<N> {
             } else {
                 0.0
             };
-            before.pe = if i > 1 || Emitters::can_be_hit(pool.get(self.slots[0])) {
+            before.pe = if i > 1 || Emitters::can_be_hit(pool.get(before.slot)) {
                 t.pdf_e * before.to_near()
             } else {
                 0.0
@@ -211,9 +209,7 @@ impl<const N: usize> Path<N> {
         let k = self.k();
         let link = &mut self.links[0];
         let pdf = world.emitters.pdf_direction(world.scene, x, link.dir);
-        link.fs = world
-            .emitters
-            .radiance(world.scene, &self.lanes, x, link.dir);
+        link.fs = world.emitters.radiance(world.scene, x, link.dir);
         link.pl = world.emitters.pdf_point(world.scene, x);
         let to_far = link.to_far();
         self.links[1].pl = if k > 1 { pdf * to_far } else { 0.0 };
@@ -238,7 +234,7 @@ impl<const N: usize> Path<N> {
     #[inline]
     pub fn measure<A: Accel>(&mut self, world: &World<A>, pool: &Pool<N>) -> bool {
         // A delta light is not seen itself: its image would be a point on the raster that no camera ray can find.
-        if self.k() == 1 && !Emitters::can_be_hit(pool.get(self.slots[0])) {
+        if self.k() == 1 && !Emitters::can_be_hit(pool.get(self.links[0].slot)) {
             return false;
         }
         let mut s = Spectrum::ONE;
@@ -260,7 +256,12 @@ impl<const N: usize> Path<N> {
                 }
             }
         }
-        if N > 1 && world.dispersive && self.slots.iter().any(|&v| pool.get(v).bsdf.is_dispersive())
+        if N > 1
+            && world.dispersive
+            && self
+                .links
+                .iter()
+                .any(|l| pool.get(l.slot).bsdf.is_dispersive())
         {
             let hero = s[0] * N as f32;
             s = Spectrum::ZERO;
@@ -289,7 +290,11 @@ impl<const N: usize> Path<N> {
         i: usize,
         tally: &mut super::Tally,
     ) -> bool {
-        world.visible(pool.get(self.slots[i]), pool.get(self.slots[i + 1]), tally)
+        world.visible(
+            pool.get(self.links[i].slot),
+            pool.get(self.links[i + 1].slot),
+            tally,
+        )
     }
 
     /// The path's light is computed by the direct-lighting pass: LS*E or LDS*E by modes.

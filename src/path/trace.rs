@@ -1,10 +1,9 @@
 //! One more vertex: choose a direction, follow it.
 
-use super::{Kind, Tally, Vertex, World};
+use super::{Kind, Palette, Tally, Vertex, World};
 use crate::accel::{Accel, Ray, closest, offset_origin};
 use crate::sampling::Rng;
 use crate::scatter::{Bsdf, Mode, Transport};
-use crate::scene::spectrum::Lanes;
 use glam::Vec3;
 
 /// Samples a direction and a mode at `x`; `from` points to the vertex the sub-path came from.
@@ -46,7 +45,7 @@ pub fn trace<const N: usize, A: Accel>(
     world: &World<A>,
     x: &Vertex<N>,
     w: Vec3,
-    lanes: &Lanes<N>,
+    palette: &Palette<N>,
     tally: &mut Tally,
 ) -> Option<Vertex<N>> {
     let o = if x.kind == Kind::Surface {
@@ -54,7 +53,7 @@ pub fn trace<const N: usize, A: Accel>(
     } else {
         x.p
     };
-    trace_ray(world, o, w, lanes, tally)
+    trace_ray(world, o, w, palette, tally)
 }
 
 /// As [`trace`], from any origin.
@@ -63,7 +62,7 @@ pub fn trace_ray<const N: usize, A: Accel>(
     world: &World<A>,
     o: Vec3,
     w: Vec3,
-    lanes: &Lanes<N>,
+    palette: &Palette<N>,
     tally: &mut Tally,
 ) -> Option<Vertex<N>> {
     tally.rays_closest += 1;
@@ -75,9 +74,11 @@ pub fn trace_ray<const N: usize, A: Accel>(
     match closest(world.accel, &ray) {
         Some(hit) => {
             tally.hits_clamped += hit.clamped as u64;
-            Some(Vertex::on_surface(world.scene, &hit, &ray, lanes))
+            Some(Vertex::on_surface(world.scene, &hit, &ray, palette))
         }
-        None if world.emitters.has_sky() => Some(world.emitters.sky_vertex(w)),
+        None if world.emitters.has_sky() => {
+            Some(world.emitters.sky_vertex(world.scene, palette.lanes(), w))
+        }
         None => None,
     }
 }

@@ -1,8 +1,10 @@
 //! A vertex of a path: a place with what is needed to scatter or emit there, whoever made it.
 
+use super::Emitters;
+use super::palette::{Palette, emission};
 use crate::accel::{Hit, Ray, Surface, dpdu, surface};
 use crate::scatter::{Bsdf, Frame, resolve_mix, shade};
-use crate::scene::spectrum::Lanes;
+use crate::scene::spectrum::{Lanes, Spectrum};
 use crate::scene::{Material, NONE, Scene};
 use glam::{Vec2, Vec3};
 
@@ -43,6 +45,9 @@ pub struct Vertex<const N: usize> {
     pub tangent: Vec3,
     /// Lobes at the path's wavelengths.
     pub bsdf: Bsdf<N>,
+    /// What it emits at the path's wavelengths, before the part that depends on the direction: see
+    /// [`Emitters::radiance`](super::Emitters::radiance).
+    pub emission: Spectrum<N>,
 }
 
 impl<const N: usize> Vertex<N> {
@@ -59,21 +64,23 @@ impl<const N: usize> Vertex<N> {
             ns: Vec3::ZERO,
             tangent: Vec3::ZERO,
             bsdf: Bsdf::Black,
+            emission: Spectrum::ZERO,
         }
     }
 
     /// The surface point that a ray hit.
     #[inline(always)]
-    pub fn on_surface(scene: &Scene, hit: &Hit, ray: &Ray, lanes: &Lanes<N>) -> Self {
+    pub fn on_surface(scene: &Scene, hit: &Hit, ray: &Ray, palette: &Palette<N>) -> Self {
         let s = surface(&scene.geometry, hit, ray);
-        Self::from_surface(scene, hit.prim, &s, lanes)
+        Self::from_surface(scene, hit.prim, &s, palette)
     }
 
-    /// A surface point, with its lobes at the wavelengths of `lanes`.
+    /// A surface point, with its lobes and emission at the wavelengths of `palette`.
     #[inline(always)]
-    pub fn from_surface(scene: &Scene, prim: u32, s: &Surface, lanes: &Lanes<N>) -> Self {
+    pub fn from_surface(scene: &Scene, prim: u32, s: &Surface, palette: &Palette<N>) -> Self {
         let shape = &scene.geometry.shapes[scene.geometry.prim_shape[prim as usize] as usize];
         let material = leaf_material(scene, shape.material, s);
+        let light = scene.geometry.prim_light[prim as usize];
         let directed = scene
             .materials
             .get(material as usize)
@@ -88,20 +95,27 @@ impl<const N: usize> Vertex<N> {
             error: s.error,
             ng: s.ng,
             kind: Kind::Surface,
-            light: scene.geometry.prim_light[prim as usize],
+            light,
             material,
             uv: s.uv,
             ns: s.ns,
             tangent,
-            bsdf: shade(scene, material, s.uv, lanes),
+            bsdf: palette.lobes(scene, material, s.uv),
+            emission: palette.emission(scene, light),
         }
     }
 
     /// The same place at other wavelengths.
-    pub fn at_wavelengths(&self, scene: &Scene, lanes: &Lanes<N>) -> Self {
+    pub fn at_wavelengths(&self, emitters: &Emitters, scene: &Scene, lanes: &Lanes<N>) -> Self {
+        if self.kind == Kind::Infinite && self.light == NONE {
+            return emitters.sky_vertex(scene, lanes, self.p);
+        }
         let mut v = *self;
         if self.kind == Kind::Surface {
             v.bsdf = shade(scene, self.material, self.uv, lanes);
+        }
+        if self.light != NONE {
+            v.emission = emission(scene, self.light, lanes);
         }
         v
     }

@@ -1,11 +1,10 @@
 //! Random walks: the sub-paths of bidirectional sampling.
 
 use super::trace::trace_ray;
-use super::{Kind, Pool, Tally, World, scatter, scatter_terms};
+use super::{Kind, Palette, Pool, Tally, World, scatter, scatter_terms};
 use crate::accel::{Accel, offset_origin};
 use crate::sampling::Rng;
 use crate::scatter::{Mode, Transport};
-use crate::scene::spectrum::Lanes;
 use glam::Vec3;
 
 /// Vertices after which Russian roulette begins.
@@ -53,7 +52,7 @@ impl Walk {
         &mut self,
         world: &World<A>,
         pool: &mut Pool<N>,
-        lanes: &Lanes<N>,
+        palette: &Palette<N>,
         transport: Transport,
         (mut o, mut dir): (Vec3, Vec3),
         max: usize,
@@ -62,7 +61,7 @@ impl Walk {
     ) {
         let (mut survival, mut beta) = (1.0f64, 1.0f64);
         while self.len() < max {
-            let Some(v) = trace_ray(world, o, dir, lanes, tally) else {
+            let Some(v) = trace_ray(world, o, dir, palette, tally) else {
                 return;
             };
             if v.kind != Kind::Surface && transport == Transport::FromLight {

@@ -14,6 +14,13 @@ pub struct Roughness {
     pub remap: bool,
 }
 
+impl Roughness {
+    /// The same everywhere.
+    pub fn is_uniform(&self) -> bool {
+        self.u.is_uniform() && self.v.is_uniform()
+    }
+}
+
 /// How a conductor reflects.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ConductorFresnel {
@@ -81,6 +88,28 @@ impl Material {
         match self {
             Self::Dielectric { eta, .. } | Self::CoatedDiffuse { eta, .. } => !eta.is_constant(),
             _ => false,
+        }
+    }
+
+    /// Looks the same everywhere: nothing in it is a texture.
+    pub fn is_uniform(&self) -> bool {
+        match self {
+            Self::Diffuse { reflectance } => reflectance.is_uniform(),
+            Self::Conductor { fresnel, roughness } => {
+                roughness.is_uniform()
+                    && match fresnel {
+                        ConductorFresnel::EtaK { .. } => true,
+                        ConductorFresnel::Reflectance(r) => r.is_uniform(),
+                    }
+            }
+            Self::Dielectric { roughness, .. } => roughness.is_uniform(),
+            Self::ThinDielectric { .. } => true,
+            Self::CoatedDiffuse {
+                reflectance,
+                roughness,
+                ..
+            } => reflectance.is_uniform() && roughness.is_uniform(),
+            Self::Mix { .. } => false,
         }
     }
 

@@ -119,6 +119,11 @@ pub enum FloatTexture {
 }
 
 impl FloatTexture {
+    /// The same everywhere.
+    pub fn is_uniform(&self) -> bool {
+        matches!(self, Self::Constant(_))
+    }
+
     /// Value at `uv`.
     pub fn eval(&self, uv: Vec2, images: &[Image]) -> f32 {
         match self {
@@ -146,6 +151,11 @@ pub enum SpectrumTexture {
 }
 
 impl SpectrumTexture {
+    /// The same everywhere.
+    pub fn is_uniform(&self) -> bool {
+        matches!(self, Self::Constant(_))
+    }
+
     /// Value at `uv` for the wavelengths of `lanes`.
     pub fn eval<const N: usize>(
         &self,

@@ -8,7 +8,7 @@ use glam::Vec2;
 use metrolux::accel::Accel;
 use metrolux::chain::{Chain, Direct, MltOptions, Setting, Splat, replay, seed_group};
 use metrolux::integrator::{Paths, radiance};
-use metrolux::path::{Heuristic, Sampler, Tally, World};
+use metrolux::path::{Heuristic, Palette, Sampler, Tally, World};
 use metrolux::sampling::Rng;
 use metrolux::scene::FilterKind;
 use metrolux::scene::spectrum::Lanes;
@@ -191,7 +191,8 @@ fn camera_paths<const N: usize, A: Accel>(
     grid.camera::<N>(key, per_pixel, |raster, lanes, rng| {
         let lens = world.lens.sample_vertex(rng.next_vec2());
         let w = world.lens.direction(lens.p, raster);
-        radiance(world, &lanes, &lens, w, paths, rng, tally, |k, c| {
+        let palette = Palette::new(lanes);
+        radiance(world, &palette, &lens, w, paths, rng, tally, |k, c| {
             sums[grid.index(k, raster)] += c.dot(lanes.xyz[1]) as f64 * scale;
         });
     });

@@ -6,7 +6,7 @@ use super::scenes::{BOX, Cell, Contents, FAMILIES, GLASS, GLOSSY, Room, Seeds, c
 use super::stats::{Compared, ENOUGH, Moments, Verdict};
 use crate::integrator::{Paths, radiance};
 use crate::mutation::{Bidirectional, Context, Strategy, Workspace};
-use crate::path::{Ends, Heuristic, Path, Pool, Sampler, Tally};
+use crate::path::{Ends, Heuristic, Palette, Path, Pool, Sampler, Tally};
 use crate::sampling::Rng;
 use crate::scatter::Mode;
 use crate::scene::spectrum::{Lanes, Spectrum};
@@ -96,7 +96,7 @@ pub(super) fn proposals<const N: usize>(
             indirect_only: false,
             weigh_deletions: true,
         };
-        ws.begin();
+        ws.begin(x);
         let r = propose(strategy, x, ws, &mut ctx);
         f(r, x, ws, &ctx);
         ws.reject();
@@ -125,6 +125,7 @@ fn all_paths<const N: usize>(world: &Room, lanes: &Lanes<N>, n: u64) -> Regions 
 fn seen_at<const N: usize>(world: &Room, x: &Path<N>, n: u64) -> Regions {
     let (mut sums, mut tally, mut now) = (Regions::default(), Tally::default(), Vec::new());
     let mut rng = Rng::new(0x9e, 100, 0, 0);
+    let palette = Palette::new(x.lanes);
     for i in 0..n {
         rng.set_step(i);
         let lens = world.lens.sample_vertex(rng.next_vec2());
@@ -135,7 +136,7 @@ fn seen_at<const N: usize>(world: &Room, x: &Path<N>, n: u64) -> Regions {
         };
         radiance(
             world,
-            &x.lanes,
+            &palette,
             &lens,
             w,
             Paths::All,

@@ -6,7 +6,7 @@ use super::scenes::{BOX, Contents, GLASS, GLOSSY, Room, image_cell, with_room};
 use super::stats::Verdict;
 use super::suits;
 use crate::mutation::{LensPerturbation, Strategy, Workspace};
-use crate::path::{Emitters, Path, Pool, Tally, Vertex, deflect, scatter_terms, trace};
+use crate::path::{Emitters, Palette, Path, Pool, Tally, Vertex, deflect, scatter_terms, trace};
 use crate::sampling::Rng;
 use crate::scatter::{Mode, Transport};
 use crate::scene::spectrum::{Lanes, Spectrum};
@@ -22,15 +22,16 @@ fn through_chain<const N: usize>(
     raster: Vec2,
     tally: &mut Tally,
 ) -> Option<f64> {
+    let palette = Palette::new(x.lanes);
     let k = x.k();
-    let mut cur: Vertex<N> = *pool.get(x.slots[k]);
+    let mut cur: Vertex<N> = *pool.get(x.links[k].slot);
     let mut w = world.lens.direction(cur.p, raster);
     let mut f = Spectrum::ONE;
-    let mut dispersive = x.slots[..first]
+    let mut dispersive = x.links[..first]
         .iter()
-        .any(|&s| pool.get(s).bsdf.is_dispersive());
+        .any(|l| pool.get(l.slot).bsdf.is_dispersive());
     for i in (first..k).rev() {
-        let next = trace(world, &cur, w, &x.lanes, tally)?;
+        let next = trace(world, &cur, w, &palette, tally)?;
         dispersive |= next.bsdf.is_dispersive();
         let back = -w;
         if i > first {
@@ -38,15 +39,13 @@ fn through_chain<const N: usize>(
             let t = scatter_terms(&next, x.links[i].mode, w, back);
             f *= t.fs * next.cos(w) as f32;
         } else if first == 0 {
-            f *= world.emitters.radiance(world.scene, &x.lanes, &next, back);
+            f *= world.emitters.radiance(world.scene, &next, back);
         } else {
-            let from = pool.get(x.slots[first - 1]);
+            let from = pool.get(x.links[first - 1].slot);
             let (to_light, inv_d2) = next.towards(from);
             f *= scatter_terms(&next, Mode::NonSpecular, to_light, back).fs;
             f *= if first == 1 {
-                world
-                    .emitters
-                    .radiance(world.scene, &x.lanes, from, -to_light)
+                world.emitters.radiance(world.scene, from, -to_light)
             } else {
                 let w_l = -x.links[first - 2].dir;
                 scatter_terms(from, Mode::NonSpecular, w_l, -to_light).fs
@@ -168,11 +167,13 @@ fn wavelength_mutations_integrate_the_spectrum() {
             let lanes = Lanes::new((i as f32 + 0.5) / n as f32);
             let mut f = Spectrum::ONE;
             for j in 0..x.k() {
-                let v = ws.pool.get(x.slots[j]).at_wavelengths(world.scene, &lanes);
+                let v = ws.pool.get(x.links[j].slot).at_wavelengths(
+                    &world.emitters,
+                    world.scene,
+                    &lanes,
+                );
                 f *= if j == 0 {
-                    world
-                        .emitters
-                        .radiance(world.scene, &lanes, &v, x.links[0].dir)
+                    world.emitters.radiance(world.scene, &v, x.links[0].dir)
                 } else {
                     let (from, to) = (-x.links[j - 1].dir, x.links[j].dir);
                     scatter_terms(&v, x.links[j].mode, from, to).fs

@@ -211,8 +211,8 @@ pub(super) fn copy<const N: usize>(
 ) -> Path<N> {
     let mut x = path.clone_capacity(max_edges);
     x.copy_from(path);
-    for slot in &mut x.slots {
-        *slot = into.put(*pool.get(*slot));
+    for link in &mut x.links {
+        link.slot = into.put(*pool.get(link.slot));
     }
     x
 }

@@ -46,22 +46,25 @@ fn walk<const N: usize>(
             indirect_only,
             weigh_deletions: step % 2000 < 1000,
         };
-        ws.begin();
+        ws.begin(x);
         let before = positions(x, &ws.pool);
-        let slots = x.slots.clone();
+        let slots: Vec<u16> = x.links.iter().map(|l| l.slot).collect();
         let r = propose(strategy, x, &mut ws, &mut ctx);
-        assert_eq!(x.slots, slots, "{strategy:?} changed x");
+        assert!(
+            x.links.iter().map(|l| &l.slot).eq(&slots),
+            "{strategy:?} changed x"
+        );
         assert_eq!(positions(x, &ws.pool), before, "{strategy:?} moved x");
         let Some(r) = r else {
             assert_eq!(tally.impossible(), 0);
             ws.reject();
-            assert_eq!(ws.pool.free_slots(), capacity - x.slots.len());
+            assert_eq!(ws.pool.free_slots(), capacity - x.links.len());
             continue;
         };
         assert!(r.is_finite() && r >= 0.0, "{strategy:?}: ratio {r}");
         // No way back: only if the deleted part cannot be made again, and then importance sampling never deletes it.
         if r == 0.0 {
-            let until = x.slots.len() + 1 - ws.ends.eye;
+            let until = x.links.len() + 1 - ws.ends.eye;
             assert!(!ctx.weigh_deletions && strategy == Strategy::Bidirectional);
             assert!(x.rho[ws.ends.light..until].iter().all(|r| *r == 0.0));
         }
@@ -84,7 +87,7 @@ fn walk<const N: usize>(
         }
         assert_eq!(
             ws.pool.free_slots(),
-            capacity - x.slots.len(),
+            capacity - x.links.len(),
             "{strategy:?} leaks"
         );
     }
@@ -101,7 +104,7 @@ struct Step<'a, const N: usize> {
 }
 
 fn positions<const N: usize>(x: &Path<N>, pool: &Pool<N>) -> Vec<Vec3> {
-    x.slots.iter().map(|&s| pool.get(s).p).collect()
+    x.links.iter().map(|l| pool.get(l.slot).p).collect()
 }
 
 /// Every strategy had its share of accepted steps.
@@ -127,10 +130,11 @@ fn kept_positions_keep_their_bits_and_no_slot_is_lost_in_a_million_steps() {
                 assert_eq!(x[..kept.0], y[..kept.0], "{:?}", s.strategy);
                 assert_eq!(x[x.len() - kept.1..], y[y.len() - kept.1..]);
                 // A slot is never in a path twice, nor in both but where it is kept.
-                let mut all: Vec<u16> = s.x.slots.iter().chain(&s.ws.fresh).copied().collect();
+                let kept = s.x.links.iter().map(|l| l.slot);
+                let mut all: Vec<u16> = kept.chain(s.ws.fresh()).collect();
                 all.sort_unstable();
                 all.dedup();
-                assert_eq!(all.len(), s.x.slots.len() + s.ws.fresh.len());
+                assert_eq!(all.len(), s.x.links.len() + s.ws.fresh().count());
             })
         });
         all_moved(accepted, 5_000);
@@ -140,8 +144,8 @@ fn kept_positions_keep_their_bits_and_no_slot_is_lost_in_a_million_steps() {
 /// The path pushed anew, everything computed from its vertices and modes alone.
 fn rebuilt<const N: usize>(world: &Room, x: &Path<N>, pool: &Pool<N>) -> Path<N> {
     let mut y = x.clone_capacity(world.max_edges);
-    for (&slot, link) in x.slots.iter().zip(&x.links) {
-        y.push(slot, link.mode);
+    for link in &x.links {
+        y.push(link.slot, link.mode);
     }
     y.relink(world, pool, 0, x.k());
     assert!(
