@@ -75,7 +75,7 @@ pub fn bdpt_bins<const N: usize, A: Accel>(
                     tally,
                     |j, tally| {
                         let xyz = j.path.color().map(|c| c as f64 * j.weight);
-                        if j.t == 1 {
+                        if j.t <= 1 {
                             if let Err(f) = buffer.splat(j.path.raster, xyz) {
                                 tally.fault(f.into());
                             }

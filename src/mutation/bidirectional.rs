@@ -35,19 +35,22 @@ impl Insertion {
         Self::new(
             ends,
             ctx.world.emitters.hittable,
+            ctx.world.lens.has_aperture(),
             min_edges,
             ctx.world.max_edges,
         )
     }
 
-    fn new(ends: Ends, hittable: bool, min_edges: usize, max_edges: usize) -> Self {
+    fn new(ends: Ends, hittable: bool, aperture: bool, min_edges: usize, max_edges: usize) -> Self {
         let least_light = (ends.light == 0 && !hittable) as usize;
-        let least_eye = (ends.eye == 0) as usize;
+        // Without a kept lens vertex a new one is made: from the eye, or from the light if the lens has an area.
+        let new_lens = (ends.eye == 0) as usize;
+        let least_eye = if aperture { 0 } else { new_lens };
         // k' + 1 = a + c + k_a − 1
         let kept = ends.light + ends.eye;
         let lo = (min_edges + 2)
             .saturating_sub(kept)
-            .max(1 + least_light + least_eye);
+            .max(1 + least_light + new_lens);
         Self {
             lo,
             hi: (max_edges + 2).saturating_sub(kept),
@@ -195,7 +198,7 @@ impl Bidirectional {
         let eye_new = ka - 1 - light_new;
         ws.ends = ends;
         ws.y.lanes = x.lanes;
-        let mode_l = grow_light(x, ws, ctx, a, light_new)?;
+        let mode_l = grow_light(x, ws, ctx, a, light_new, ends.eye + eye_new == 0)?;
         let mode_e = grow_eye(x, ws, ctx, ends.eye, eye_new, a + light_new == 0)?;
         ws.splice(x);
         let y = &mut ws.y;
@@ -215,7 +218,7 @@ impl Bidirectional {
             return None;
         }
         let s = a + light_new;
-        if s > 0 && !y.edge_visible(ctx.world, &ws.pool, s - 1, ctx.tally) {
+        if s > 0 && s <= last && !y.edge_visible(ctx.world, &ws.pool, s - 1, ctx.tally) {
             return None;
         }
         if !y.strategies() || y.rho[s] <= 0.0 {
@@ -246,7 +249,8 @@ impl Bidirectional {
     }
 }
 
-/// Adds `count` vertices after the kept light end; returns the mode at its last vertex.
+/// Adds `count` vertices after the kept light end; returns the mode at its last vertex. With `reaches_lens` the last one
+/// found is to be xk.
 #[inline]
 fn grow_light<const N: usize, A: Accel>(
     x: &Path<N>,
@@ -254,6 +258,7 @@ fn grow_light<const N: usize, A: Accel>(
     ctx: &mut Context<A>,
     kept: usize,
     count: usize,
+    reaches_lens: bool,
 ) -> Option<Mode> {
     let mut end_mode = Mode::NonSpecular;
     if count == 0 {
@@ -289,6 +294,11 @@ fn grow_light<const N: usize, A: Accel>(
             }
             (world.leave(v, v.p, w), w)
         };
+        if left == 1 && reaches_lens {
+            let lens = world.reach_lens(v, o, w, ctx.tally)?;
+            ws.put_from_light(lens, Mode::NonSpecular);
+            return Some(end_mode);
+        }
         let next = trace_ray(world, o, w, &ws.palette, ctx.tally)?;
         if next.kind != Kind::Surface {
             return None;

@@ -47,7 +47,7 @@ impl<const N: usize> Sampler<N> {
     pub fn new(max_edges: usize) -> Self {
         let path = || Path::new(max_edges + 2, Lanes::new(0.0));
         Self {
-            pool: Pool::new(2 * max_edges + 8),
+            pool: Pool::new(3 * max_edges + 8),
             light_walk: Walk::new(max_edges + 2),
             eye_walk: Walk::new(max_edges + 2),
             light: path(),
@@ -129,7 +129,7 @@ impl<const N: usize> Sampler<N> {
         }
     }
 
-    /// Calls `f` for every path x_{s,t} with a contribution. With `indirect_only`, paths of the direct-lighting pass are
+    /// Calls `f` for every path x_{s,t} with a contribution, t = 0 included where light passed the lens. With `indirect_only`, paths of the direct-lighting pass are
     /// left out.
     pub fn join<A: Accel>(
         &mut self,
@@ -145,18 +145,25 @@ impl<const N: usize> Sampler<N> {
                     continue;
                 }
                 if let Some(weight) = self.join_one(world, s, t, heuristic, indirect_only, tally) {
-                    f(
-                        Joined {
-                            path: &self.joined,
-                            pool: &self.pool,
-                            s,
-                            t,
-                            weight,
-                        },
-                        tally,
-                    );
+                    f(self.made(s, t, weight), tally);
                 }
             }
+        }
+        for i in 0..self.light_walk.crossings.len() {
+            let s = self.light_walk.crossings[i].before + 1;
+            if let Some(weight) = self.join_one(world, s, 0, heuristic, indirect_only, tally) {
+                f(self.made(s, 0, weight), tally);
+            }
+        }
+    }
+
+    fn made(&self, s: usize, t: usize, weight: f64) -> Joined<'_, N> {
+        Joined {
+            path: &self.joined,
+            pool: &self.pool,
+            s,
+            t,
+            weight,
         }
     }
 
@@ -170,6 +177,9 @@ impl<const N: usize> Sampler<N> {
         indirect_only: bool,
         tally: &mut Tally,
     ) -> Option<f64> {
+        if t == 0 {
+            return self.end_on_lens(world, s, heuristic, indirect_only, tally);
+        }
         let (pool, y) = (&self.pool, &mut self.joined);
         let first_eye = self.eye.links.len() - t;
         // Cheap reasons first: the ends must be able to emit or to scatter diffusely.
@@ -207,6 +217,48 @@ impl<const N: usize> Sampler<N> {
         if s > 0 && !y.edge_visible(world, pool, s - 1, tally) {
             return None;
         }
+        let survival = if s > 0 {
+            self.light_walk.survival[s - 1]
+        } else {
+            1.0
+        } * self.eye_walk.survival[t - 1];
+        self.weigh(s, survival, heuristic, tally)
+    }
+
+    /// The path whose `s` vertices are all from the light, the last one on the lens.
+    fn end_on_lens<A: Accel>(
+        &mut self,
+        world: &World<A>,
+        s: usize,
+        heuristic: Heuristic,
+        indirect_only: bool,
+        tally: &mut Tally,
+    ) -> Option<f64> {
+        let crossings = &self.light_walk.crossings;
+        let crossing = *crossings.iter().find(|c| c.before + 1 == s)?;
+        let (pool, y) = (&self.pool, &mut self.joined);
+        y.clear();
+        y.links.extend_from_slice(&self.light.links[..s - 1]);
+        y.push(crossing.slot, Mode::NonSpecular);
+        y.relink(world, pool, s - 2, s - 1);
+        if (indirect_only && y.is_direct()) || !y.measure(world, pool) {
+            return None;
+        }
+        if !world.lens.contains(y.raster) {
+            return None;
+        }
+        self.weigh(s, crossing.survival, heuristic, tally)
+    }
+
+    /// τ of the weighted contribution of the joined path, made by strategy `s` with probability `survival` of its walks.
+    fn weigh(
+        &mut self,
+        s: usize,
+        survival: f64,
+        heuristic: Heuristic,
+        tally: &mut Tally,
+    ) -> Option<f64> {
+        let y = &mut self.joined;
         if !y.strategies() || y.rho[s] <= 0.0 {
             tally.fault(super::Fault::ZeroDensity);
             return None;
@@ -220,11 +272,6 @@ impl<const N: usize> Sampler<N> {
                 y.total * (y.rho[s] / top) / (top * squares)
             }
         };
-        let survival = if s > 0 {
-            self.light_walk.survival[s - 1]
-        } else {
-            1.0
-        } * self.eye_walk.survival[t - 1];
         let w = w / survival;
         (tally.check(w) && w > 0.0).then_some(w)
     }

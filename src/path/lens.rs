@@ -109,6 +109,26 @@ impl Lens {
         }
     }
 
+    /// The vertex at which a light ray from `o` in unit direction `w` passes the aperture into the camera, its raster point
+    /// in the domain. The lens is no surface of the scene: it stops nothing, and what lies before it is not asked here.
+    #[inline]
+    pub fn crossing<const N: usize>(&self, o: Vec3, w: Vec3) -> Option<Vertex<N>> {
+        let z = w.dot(self.forward);
+        let from = o - self.position;
+        let height = from.dot(self.forward);
+        if z >= 0.0 || height <= 0.0 {
+            return None;
+        }
+        let on_plane = from - w * (height / z);
+        let d = Vec2::new(on_plane.dot(self.right), on_plane.dot(self.up));
+        if d.length_squared() > self.radius * self.radius {
+            return None;
+        }
+        let p = self.position + self.right * d.x + self.up * d.y;
+        self.contains(self.raster(p, -w)?)
+            .then(|| Vertex::bare(Kind::Lens, p, self.forward, NONE))
+    }
+
     /// Unit direction into the scene from the lens point `x` for a raster point.
     #[inline]
     pub fn direction(&self, x: Vec3, r: Vec2) -> Vec3 {

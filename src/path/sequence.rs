@@ -1,7 +1,7 @@
 //! A path as indices into a pool of vertices, with its links and the densities of all its bidirectional strategies.
 
 use super::link::scatter_terms_at;
-use super::{Emitters, Link, Pool, Vertex, World};
+use super::{Emitters, Kind, Link, Pool, Vertex, World};
 use crate::accel::Accel;
 use crate::scatter::Mode;
 use crate::scene::spectrum::{Lanes, Spectrum};
@@ -191,8 +191,8 @@ impl<const N: usize> Path<N> {
             here.fs = t.fs;
             here.prob_l = t.prob_l;
             here.prob_e = t.prob_e;
-            // The lens is not a surface that a light sub-path could hit.
-            after.pl = if i + 1 < k {
+            // A light sub-path can end on the lens if that has an area.
+            after.pl = if i + 1 < k || world.lens.has_aperture() {
                 t.pdf_l * here.to_far()
             } else {
                 0.0
@@ -212,7 +212,9 @@ impl<const N: usize> Path<N> {
         link.fs = world.emitters.radiance(world.scene, x, link.dir);
         link.pl = world.emitters.pdf_point(world.scene, x);
         let to_far = link.to_far();
-        self.links[1].pl = if k > 1 { pdf * to_far } else { 0.0 };
+        // See `World::reach_lens`.
+        let ends = world.lens.has_aperture() && x.kind != Kind::Infinite;
+        self.links[1].pl = if k > 1 || ends { pdf * to_far } else { 0.0 };
     }
 
     fn reach_lens<A: Accel>(&mut self, world: &World<A>, x: &Vertex<N>, before: &Vertex<N>) {
@@ -233,8 +235,9 @@ impl<const N: usize> Path<N> {
     /// Multiplies the spectra of all vertices. False if the path carries nothing in any lane.
     #[inline]
     pub fn measure<A: Accel>(&mut self, world: &World<A>, pool: &Pool<N>) -> bool {
-        // A delta light is not seen itself: its image would be a point on the raster that no camera ray can find.
-        if self.k() == 1 && !Emitters::can_be_hit(pool.get(self.links[0].slot)) {
+        // A delta light is not seen itself: its image would be a point on the raster that no camera ray can find. Nor is
+        // it through deltas, where only t = 0 would find it, as a disk of confusion without the sharp image in it.
+        if (self.k() == 1 || world.lens.has_aperture()) && self.shows_delta_light(pool) {
             return false;
         }
         let mut s = Spectrum::ONE;
@@ -272,6 +275,14 @@ impl<const N: usize> Path<N> {
         self.shape_tau = s.dot(self.lanes.target) as f64;
         self.known = false;
         self.shape_tau > 0.0
+    }
+
+    /// L S*E with a delta light.
+    #[cold]
+    fn shows_delta_light(&self, pool: &Pool<N>) -> bool {
+        let inner = &self.links[1..self.k()];
+        !Emitters::can_be_hit(pool.get(self.links[0].slot))
+            && inner.iter().all(|l| l.mode != Mode::NonSpecular)
     }
 
     /// XYZ of f / τ(f): what a chain splats.

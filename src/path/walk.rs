@@ -10,6 +10,17 @@ use glam::Vec3;
 /// Vertices after which Russian roulette begins.
 const ROULETTE_AFTER: usize = 5;
 
+/// A place where a light walk passed the lens.
+#[derive(Clone, Copy)]
+pub struct Crossing {
+    /// Vertices of the walk before the lens.
+    pub before: usize,
+    /// Pool slot of the vertex on the lens.
+    pub slot: u16,
+    /// As [`Walk::survival`].
+    pub survival: f64,
+}
+
 /// The vertices of a sub-path in the order they were found.
 #[derive(Default)]
 pub struct Walk {
@@ -17,6 +28,8 @@ pub struct Walk {
     pub vertices: Vec<(u16, Mode)>,
     /// Probability that roulette let the walk come as far as this vertex. Not part of the densities p_{s,t}.
     pub survival: Vec<f64>,
+    /// Where a light walk's rays passed a lens with an area, at most once each.
+    pub crossings: Vec<Crossing>,
 }
 
 impl Walk {
@@ -25,6 +38,7 @@ impl Walk {
         Self {
             vertices: Vec::with_capacity(n),
             survival: Vec::with_capacity(n),
+            crossings: Vec::with_capacity(n),
         }
     }
 
@@ -44,9 +58,33 @@ impl Walk {
     pub fn clear(&mut self) {
         self.vertices.clear();
         self.survival.clear();
+        self.crossings.clear();
     }
 
-    /// Follows the ray from the last vertex and scatters on, up to `max` vertices in all.
+    /// Remembers the lens vertex that the ray from the last vertex passes, if any; the walk goes on as if it did not.
+    fn cross_lens<const N: usize, A: Accel>(
+        &mut self,
+        world: &World<A>,
+        pool: &mut Pool<N>,
+        o: Vec3,
+        dir: Vec3,
+        survival: f64,
+        tally: &mut Tally,
+    ) {
+        let Some(&(last, _)) = self.vertices.last() else {
+            return;
+        };
+        if let Some(lens) = world.reach_lens(pool.get(last), o, dir, tally) {
+            self.crossings.push(Crossing {
+                before: self.len(),
+                slot: pool.put(lens),
+                survival,
+            });
+        }
+    }
+
+    /// Follows the ray from the last vertex and scatters on, up to `max` vertices in all and, from the light, a lens vertex
+    /// beside the ray that leaves each of them.
     #[allow(clippy::too_many_arguments)]
     pub fn follow<const N: usize, A: Accel>(
         &mut self,
@@ -60,7 +98,14 @@ impl Walk {
         tally: &mut Tally,
     ) {
         let (mut survival, mut beta) = (1.0f64, 1.0f64);
-        while self.len() < max {
+        let may_end_on_lens = transport == Transport::FromLight && world.lens.has_aperture();
+        loop {
+            if may_end_on_lens {
+                self.cross_lens(world, pool, o, dir, survival, tally);
+            }
+            if self.len() >= max {
+                return;
+            }
             let Some(v) = trace_ray(world, o, dir, palette, tally) else {
                 return;
             };
@@ -69,7 +114,7 @@ impl Walk {
             }
             self.vertices.push((pool.put(v), Mode::NonSpecular));
             self.survival.push(survival);
-            if v.kind != Kind::Surface || self.len() >= max {
+            if v.kind != Kind::Surface || (self.len() >= max && !may_end_on_lens) {
                 return;
             }
             if self.len() >= ROULETTE_AFTER {

@@ -59,6 +59,24 @@ impl<'a, A: Accel> World<'a, A> {
         }
     }
 
+    /// The lens vertex that a light ray from `x` in unit direction `w`, leaving at `o`, reaches: the last vertex of the
+    /// strategy t = 0. A ray from infinity does not go straight to the lens, since the disk that such rays are sent
+    /// through covers the scene and need not cover the camera; [`Path`](super::Path) knows that density as 0.
+    #[cold]
+    pub fn reach_lens<const N: usize>(
+        &self,
+        x: &Vertex<N>,
+        o: Vec3,
+        w: Vec3,
+        tally: &mut Tally,
+    ) -> Option<Vertex<N>> {
+        if x.kind == Kind::Infinite {
+            return None;
+        }
+        let lens = self.lens.crossing(o, w)?;
+        self.visible(x, &lens, tally).then_some(lens)
+    }
+
     /// Two vertices see each other.
     #[inline]
     pub fn visible<const N: usize>(&self, a: &Vertex<N>, b: &Vertex<N>, tally: &mut Tally) -> bool {

@@ -7,6 +7,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod aperture;
 mod boxes;
 mod lights;
 mod materials;

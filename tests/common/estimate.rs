@@ -220,6 +220,33 @@ pub fn bdpt<const N: usize, A: Accel>(
     })
 }
 
+/// Light tracing onto the lens, t = 0, taken for the only strategy: every path at its unweighted contribution C*.
+pub fn light_alone<const N: usize, A: Accel>(
+    world: &World<A>,
+    grid: Grid,
+    seed: u64,
+    repeats: u32,
+    per_pixel: u32,
+) -> Run {
+    Run::new(grid, repeats, |r, sums, tally| {
+        let mut sampler = Sampler::<N>::new(world.max_edges);
+        let scale = 1.0 / per_pixel as f64 / grid.pixels() as f64;
+        grid.camera::<N>((seed, STAGE_BDPT, r), per_pixel, |raster, lanes, rng| {
+            sampler.sample(world, &lanes, raster, rng, tally);
+            for s in 2..=world.max_edges + 1 {
+                let made = sampler.join_one(world, s, 0, Heuristic::Balance, false, tally);
+                if let Some(weight) = made {
+                    let path = sampler.joined().0;
+                    // The balance heuristic's weight is ρ_s/Σρ.
+                    let unweighted = weight * path.rho_sum() / path.rho[s];
+                    let y = path.color()[1] as f64 * unweighted * scale;
+                    sums[grid.index(path.k(), path.raster)] += y;
+                }
+            }
+        });
+    })
+}
+
 /// Size of a Metropolis run.
 #[derive(Clone, Copy, Debug)]
 pub struct Chains {

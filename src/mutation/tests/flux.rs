@@ -100,7 +100,7 @@ fn accepted<const N: usize>(chain: &Chain<N>) -> u64 {
 const SAMPLES: u64 = 500_000;
 
 /// Options under which all strategies, and the choice among them, take part.
-fn mixed(direct: Direct) -> MltOptions {
+pub(super) fn mixed(direct: Direct) -> MltOptions {
     MltOptions {
         shares: Shares([0.4, 0.35, 0.25]),
         direct,
@@ -110,7 +110,12 @@ fn mixed(direct: Direct) -> MltOptions {
 
 /// The flux is balanced, and an imbalance of `least` would have been seen between some lengths, between parts of the
 /// image and between halves of the spectrum.
-fn balanced<const N: usize>(contents: Contents, aperture: f32, options: &MltOptions, least: f64) {
+pub(super) fn balanced<const N: usize>(
+    contents: Contents,
+    aperture: f32,
+    options: &MltOptions,
+    least: f64,
+) {
     let v = with_room(contents, aperture, 6, |w| flux::<N>(w, options, SAMPLES));
     println!("{}", v.report());
     assert!(v.passes(), "{}", v.report());

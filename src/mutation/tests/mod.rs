@@ -3,6 +3,7 @@
 //! A new strategy is one line in [`propose`] and [`ratio`], one in [`STRATEGIES`], and one false density in
 //! `falsify.rs` with its line in `flux.rs`.
 
+mod aperture;
 mod flux;
 mod integral;
 mod integral_lens;

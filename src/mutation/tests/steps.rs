@@ -177,7 +177,7 @@ fn same<const N: usize>(x: &Path<N>, y: &Path<N>) {
 }
 
 /// Densities on the way against densities from scratch, and the ratio of the way back.
-fn proposals_agree<const N: usize>(contents: Contents, aperture: f32, direct: Direct) {
+pub(super) fn proposals_agree<const N: usize>(contents: Contents, aperture: f32, direct: Direct) {
     with_room(contents, aperture, 6, |world| {
         let mut seen = [0u64; STRATEGIES.len()];
         let accepted = walk::<N>(world, direct, 150_000, |s, ctx| {
