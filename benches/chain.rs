@@ -101,7 +101,16 @@ fn chains<A: Accel>(world: &World<A>, options: &MltOptions) -> Vec<Chain<LANES>>
     for group in 0..options.groups {
         let batch = seed_group::<LANES, A>(world, options, 1, 0, group, &mut Tally::default());
         for (c, seed) in batch.seeds.iter().enumerate() {
-            if replay(world, options, 1, 0, group, *seed, &mut sampler) {
+            if replay(
+                world,
+                options,
+                1,
+                0,
+                group,
+                *seed,
+                &mut sampler,
+                &mut Tally::default(),
+            ) {
                 let rng = Rng::new(1, stage::CHAIN, group, c as u32);
                 let mut chain = Chain::new(world.max_edges, rng);
                 let (path, pool) = sampler.joined();

@@ -80,7 +80,8 @@ fn allocations<const N: usize>() -> (u64, u64) {
         0,
         0,
         batch.seeds[0],
-        &mut sampler
+        &mut sampler,
+        &mut tally
     ));
     let mut chain = Chain::<N>::new(world.max_edges, Rng::new(1, 0, 0, 0));
     let (path, pool) = sampler.joined();

@@ -58,14 +58,9 @@ fn every_ray_of_a_path_traced_image_is_recorded() {
 #[test]
 fn every_ray_of_a_metropolis_image_is_recorded() {
     let [counted, recorded] = counts(&["--integrator", "mlt", "--rounds", "2"]);
-    // Beside what the render counts there is the replay of 256 seeds: two sub-paths of at most 9 edges, one connection.
-    for (c, r, most) in [
-        (counted[0], recorded[0], 256 * 2 * 9),
-        (counted[1], recorded[1], 256),
-    ] {
-        assert!((c..=c + most).contains(&r), "counted {c}, recorded {r}");
-        assert!(c > 20 * most, "{c} rays are too few to see a loss of 5 %");
-    }
+    // Seeding, the replay of its 256 seeds, chains, direct pass: nothing is left out.
+    assert_eq!(counted, recorded);
+    assert!(counted.iter().all(|n| *n > 10_000), "{counted:?}");
 }
 
 #[test]

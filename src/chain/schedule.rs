@@ -138,7 +138,16 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
                     .iter()
                     .enumerate()
                     .filter_map(|(c, s)| {
-                        if !replay(world, options, seed, index, group, *s, &mut sampler) {
+                        if !replay(
+                            world,
+                            options,
+                            seed,
+                            index,
+                            group,
+                            *s,
+                            &mut sampler,
+                            &mut tally,
+                        ) {
                             tally.fault(crate::path::Fault::ZeroDensity);
                             return None;
                         }

@@ -103,6 +103,7 @@ pub fn seed_group<const N: usize, A: Accel>(
 }
 
 /// Makes a seed's path again; it stands in the sampler.
+#[allow(clippy::too_many_arguments)]
 pub fn replay<const N: usize, A: Accel>(
     world: &World<A>,
     options: &MltOptions,
@@ -111,10 +112,10 @@ pub fn replay<const N: usize, A: Accel>(
     group: u32,
     chosen: Seed,
     sampler: &mut Sampler<N>,
+    tally: &mut Tally,
 ) -> bool {
-    let mut tally = Tally::default();
     let mut rng = stream(seed, generation, group, chosen.sample);
-    draw(world, sampler, &mut rng, &mut tally);
+    draw(world, sampler, &mut rng, tally);
     let indirect = options.direct == Direct::Separate;
     sampler
         .join_one(
@@ -123,7 +124,7 @@ pub fn replay<const N: usize, A: Accel>(
             chosen.t as usize,
             Heuristic::Balance,
             indirect,
-            &mut tally,
+            tally,
         )
         .is_some()
 }

@@ -272,7 +272,7 @@ pub fn mlt<const N: usize, A: Accel>(
         let mut sampler = Sampler::new(world.max_edges);
         let scale = batch.b / (options.chains as f64 * chains.steps as f64);
         for (c, &s) in batch.seeds.iter().enumerate() {
-            assert!(replay(world, options, seed, 0, r, s, &mut sampler));
+            assert!(replay(world, options, seed, 0, r, s, &mut sampler, tally));
             let (path, pool) = sampler.joined();
             let rng = Rng::new(seed, STAGE_CHAIN, r, c as u32);
             let mut chain = Chain::<N>::new(world.max_edges, rng);
