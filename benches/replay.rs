@@ -25,20 +25,6 @@ use std::hint::black_box;
 /// together.
 const PIECE: usize = 4096;
 
-/// Makes the image smaller until a sample a pixel of the direct pass, the least there is, takes no larger part than in
-/// a long render. What the picture shows stays, and the chains' steps scale with it.
-fn shrink(scene: &mut Scene, rounds: u64) {
-    let options = MltOptions::default();
-    let mutations = (rounds * options.mutations_per_round()) as f64;
-    let camera = &mut scene.camera;
-    let [w, h] = camera.resolution.map(f64::from);
-    let by = (w * h / (mutations * options.direct_per_mutation))
-        .sqrt()
-        .max(1.0);
-    camera.resolution = [w, h].map(|n| (n / by).floor().max(1.0) as u32);
-    camera.crop = [0, 0, camera.resolution[0], camera.resolution[1]];
-}
-
 fn render<A: Accel>(scene: &Scene, accel: &A, rounds: u64) -> MltResult {
     let world = World::new(scene, accel, scene.settings.max_depth);
     let (options, budget) = (MltOptions::default(), Budget::Rounds(rounds));
@@ -62,8 +48,7 @@ fn main() {
     let rounds = number("METROLUX_ROUNDS", 64).max(1);
     let repeats = number("METROLUX_REPEATS", 5).max(1) as usize;
     let pool = pool(number("METROLUX_THREADS", 0) as usize);
-    let mut scene = scene(&path);
-    shrink(&mut scene, rounds);
+    let scene = scene(&path);
     let embree = embree(&scene);
     let recorder = Recorder::new(&embree, usize::MAX);
     let result = pool.install(|| render(&scene, &recorder, rounds));

@@ -46,7 +46,7 @@ pub struct Report {
 struct MltReport {
     rounds: u64,
     mutations: u64,
-    direct_samples_per_pixel: u64,
+    direct_samples_per_pixel: f64,
     b: f64,
     b_standard_error: f64,
     longest_stay: u64,

@@ -52,11 +52,11 @@ pub fn bdpt_bins<const N: usize, A: Accel>(
     let inv_area = 1.0 / world.lens.raster_area;
     let total = Mutex::new(Tally::default());
     loop {
-        let more = clock.next(pass.samples, 16);
+        let more = clock.next(pass.samples as u64, 16);
         if more == 0 {
             break;
         }
-        let until = pass.samples + more;
+        let until = pass.samples + more as f64;
         pass.run::<N, (Sampler<N>, Tally, Buffers)>(
             until,
             || {
@@ -99,10 +99,10 @@ pub fn bdpt_bins<const N: usize, A: Accel>(
                 *total.lock().expect("no thread panicked") += t;
             },
         );
-        progress.update(clock.fraction(pass.samples));
+        progress.update(clock.fraction(pass.samples as u64));
     }
     *tally += *total.lock().expect("no thread panicked");
-    let n = pass.samples;
+    let n = pass.samples as u64;
     let mut image = pass.image();
     // Every camera sample also traced one light sub-path towards the whole image.
     let mut film = Film::new(crop);

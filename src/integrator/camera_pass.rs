@@ -1,5 +1,6 @@
 //! Samples that belong to a pixel: each pixel has its own random streams and sums, so threads never share one.
 
+use super::dither::samples_at;
 use crate::accel::Accel;
 use crate::film::{Bins, Filter};
 use crate::path::{Tally, Vertex, World};
@@ -60,8 +61,10 @@ pub struct CameraPass {
     target: Target,
     sums: Vec<[f64; 3]>,
     spectra: Option<(Bins, Vec<f64>)>,
-    /// Samples of each pixel so far.
-    pub samples: u64,
+    /// Samples a pixel so far, in the mean: a pixel has ⌊samples + its threshold⌋.
+    pub samples: f64,
+    /// A random shift of all thresholds, so that each is uniform.
+    shift: u32,
 }
 
 /// Irrational steps of the Kronecker sequences that stratify a pixel's samples (R2 and the golden ratio).
@@ -81,20 +84,22 @@ impl CameraPass {
             sums: vec![[0.0; 3]; n],
             spectra: bins.map(|b| (b, vec![0.0; n * b.count])),
             target: world.target,
-            samples: 0,
+            samples: 0.0,
+            shift: Rng::new(seed, stage, u32::MAX, u32::MAX).next_u32(),
         }
     }
 
-    /// Adds samples until each pixel has `until`. `f` gets a thread's state, the sample, its stream, and what to
+    /// Adds samples until there are `until` a pixel, in the mean. `f` gets a thread's state, the sample, its stream, and what to
     /// add radiance to.
     pub fn run<const N: usize, S: Send>(
         &mut self,
-        until: u64,
+        until: f64,
         state: impl Fn() -> S + Sync,
         f: impl Fn(&mut S, &CameraSample<N>, &mut Rng, &mut Gathered) + Sync,
         done: impl Fn(S) + Sync,
     ) {
-        let (from, [x0, y0, x1, _]) = (self.samples, self.crop);
+        let (before, [x0, y0, x1, _]) = (self.samples, self.crop);
+        let dither = self.shift;
         let width = (x1 - x0) as usize;
         let (filter, stage, seed) = (&self.filter, self.stage, self.seed);
         let target = self.target;
@@ -120,6 +125,13 @@ impl CameraPass {
                 let y = y0 + row as u32;
                 for (col, sum) in sums.iter_mut().enumerate() {
                     let x = x0 + col as u32;
+                    let (from, until) = (
+                        samples_at(before, dither, x, y),
+                        samples_at(until, dither, x, y),
+                    );
+                    if from >= until {
+                        continue;
+                    }
                     let mut rng = Rng::new(seed, stage, y, x);
                     // Step 0 holds the pixel's shifts of the sequences.
                     rng.set_step(0);
@@ -161,22 +173,33 @@ impl CameraPass {
 
     /// Mean XYZ of each pixel, row-major over the crop.
     pub fn image(&self) -> Vec<[f64; 3]> {
-        let k = self.scale();
-        self.sums.iter().map(|s| s.map(|v| v * k)).collect()
+        let pixels = self.sums.iter().enumerate();
+        pixels.map(|(i, s)| s.map(|v| v * self.scale(i))).collect()
     }
 
     /// Mean radiance per nm, `[pixel · bins + bin]`, if bins are filled.
     pub fn spectrum(&self) -> Option<Vec<f64>> {
-        let k = self.scale();
-        let (_, sums) = self.spectra.as_ref()?;
-        Some(sums.iter().map(|v| v * k).collect())
+        let (bins, sums) = self.spectra.as_ref()?;
+        let values = sums.iter().enumerate();
+        Some(
+            values
+                .map(|(i, v)| v * self.scale(i / bins.count))
+                .collect(),
+        )
     }
 
-    fn scale(&self) -> f64 {
-        if self.samples == 0 {
-            0.0
+    /// 1 over the samples of a pixel. Below one a pixel, the sampled ones stand for those that are not: 1 over the part
+    /// of them, so that the mean over seeds is right everywhere.
+    fn scale(&self, pixel: usize) -> f64 {
+        let [x0, y0, x1, _] = self.crop;
+        let width = (x1 - x0) as usize;
+        let (x, y) = (x0 + (pixel % width) as u32, y0 + (pixel / width) as u32);
+        if self.samples >= 1.0 {
+            1.0 / samples_at(self.samples, self.shift, x, y) as f64
+        } else if self.samples > 0.0 {
+            1.0 / self.samples
         } else {
-            1.0 / self.samples as f64
+            0.0
         }
     }
 }
@@ -184,4 +207,59 @@ impl CameraPass {
 /// The lens vertex of a camera sample.
 pub fn lens_vertex<const N: usize, A: Accel>(world: &World<A>, rng: &mut Rng) -> Vertex<N> {
     world.lens.sample_vertex(rng.next_vec2())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::accel::{Embree, EmbreeOptions};
+    use crate::scene::load::{LoadOptions, load_str};
+
+    /// A uniform white field, after some samples a pixel in the mean.
+    fn white(mean: &[f64], seed: u64) -> (Vec<f64>, f64) {
+        let text = r#"
+            Film "rgb" "integer xresolution" 16 "integer yresolution" 16
+            PixelFilter "box" "float xradius" 0.5 "float yradius" 0.5
+            Camera "perspective"
+            WorldBegin
+            Shape "sphere""#;
+        let scene =
+            load_str(text, std::path::Path::new(""), &LoadOptions::default()).expect("a scene");
+        let accel = Embree::new(&scene.geometry, EmbreeOptions::default()).expect("Embree builds");
+        let world = World::new(&scene, &accel, 1);
+        let mut pass = CameraPass::new(&world, None, 1000, seed);
+        let taken = std::sync::atomic::AtomicU64::new(0);
+        for &until in mean {
+            pass.run::<1, ()>(
+                until,
+                || (),
+                |_, _, _, sum| {
+                    sum.xyz[1] += 1.0;
+                    taken.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+                },
+                |_| (),
+            );
+        }
+        let image = pass.image().iter().map(|p| p[1]).collect();
+        (image, taken.into_inner() as f64 / 256.0)
+    }
+
+    /// A pixel's mean is over its own samples; where a part of the pixels has one, they stand for all. Cutting the work
+    /// changes nothing.
+    #[test]
+    fn a_part_of_a_sample_makes_the_image_too() {
+        let (image, taken) = white(&[2.4], 1);
+        assert!(image.iter().all(|v| (v - 1.0).abs() < 1e-12));
+        assert!((taken - 2.4).abs() < 0.05, "{taken}");
+        let seeds = 64;
+        let mut sum = 0.0;
+        for seed in 0..seeds {
+            let (image, _) = white(&[0.4], seed);
+            assert_eq!(image, white(&[0.1, 0.11, 0.4], seed).0);
+            assert!(image.iter().all(|v| *v == 0.0 || *v == 2.5));
+            sum += image.iter().sum::<f64>() / 256.0;
+        }
+        // Some lattice points of 256 too many or too few in each image, as often one as the other.
+        assert!((sum / seeds as f64 - 1.0).abs() < 0.02);
+    }
 }

@@ -16,8 +16,8 @@ pub struct MltResult {
     pub rounds: u64,
     /// Mutations made.
     pub mutations: u64,
-    /// Samples a pixel of the direct pass.
-    pub direct_samples: u64,
+    /// Samples a pixel of the direct pass, in the mean.
+    pub direct_samples: f64,
     /// b (mean over the raster domain, per px²) and its standard error.
     pub b: (f64, f64),
     /// Counters of the chains.
@@ -41,7 +41,7 @@ pub fn mlt<const N: usize, A: Accel>(
     // A function of the rounds alone, so that a longer run repeats a shorter one.
     let direct_for = |rounds: u64| {
         let per_pixel = (rounds * options.mutations_per_round()) as f64 / pixels as f64;
-        (per_pixel * options.direct_per_mutation).ceil() as u64
+        per_pixel * options.direct_per_mutation
     };
     loop {
         let more = clock.next(run.rounds, options.rounds_per_generation as u64);

@@ -2,6 +2,7 @@
 
 mod bdpt;
 mod camera_pass;
+mod dither;
 mod mlt;
 mod progress;
 mod pt;

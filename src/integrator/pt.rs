@@ -33,26 +33,26 @@ pub fn pt_bins<const N: usize, A: Accel>(
     let mut pass = CameraPass::new(world, bins, stage::CAMERA, seed);
     let clock = Clock::new(budget, |n| n.ceil().max(1.0) as u64);
     loop {
-        let more = clock.next(pass.samples, 16);
+        let more = clock.next(pass.samples as u64, 16);
         if more == 0 {
             break;
         }
-        let until = pass.samples + more;
+        let until = pass.samples + more as f64;
         add_samples::<N, A>(world, &mut pass, until, Paths::All, tally);
-        progress.update(clock.fraction(pass.samples));
+        progress.update(clock.fraction(pass.samples as u64));
     }
     Rendered {
         image: pass.image(),
         spectrum: pass.spectrum(),
-        samples: pass.samples,
+        samples: pass.samples as u64,
     }
 }
 
-/// Adds path-traced samples to a pass until each pixel has `until`.
+/// Adds path-traced samples to a pass until there are `until` a pixel, in the mean.
 pub fn add_samples<const N: usize, A: Accel>(
     world: &World<A>,
     pass: &mut CameraPass,
-    until: u64,
+    until: f64,
     paths: Paths,
     tally: &mut Tally,
 ) {
