@@ -193,6 +193,13 @@ fn the_stats_have_what_was_promised() {
     let embree = mlt["embree"].as_str().expect("a version");
     assert!(embree.contains('.'), "{embree}");
     assert_eq!(mlt["integrator"], "mlt");
+    assert_eq!(mlt["mlt"]["target"], "mixed");
+    assert!(mlt.get("spectral_bins").is_none());
+    let luminance = read(&["--rounds", "1", "--target", "luminance"]);
+    assert_eq!(luminance["mlt"]["target"], "luminance");
+    let bins = read(&["--rounds", "1", "--spectral", "12"]);
+    assert_eq!(bins["mlt"]["target"], "mixed");
+    assert_eq!(bins["spectral_bins"], 12);
 
     let pt = read(&["--integrator", "pt", "--spp", "2", "--accel", "obvhs"]);
     assert_eq!(pt["samples_per_pixel"], 2);

@@ -357,7 +357,7 @@ fn render<const N: usize, A: Accel>(
                 ..MltOptions::default()
             };
             let r = mlt::<N, A>(&world, &options, job.budget, args.seed, &bar, &mut tally);
-            report.mlt(&r);
+            report.mlt(&r, job.target);
             (r.image, r.spectrum)
         }
     };

@@ -8,6 +8,7 @@ use crate::mutation::Strategy;
 use crate::output::{Metadata, Window};
 use crate::path::Tally;
 use crate::scene::Scene;
+use crate::scene::spectrum::Target;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -27,6 +28,8 @@ pub struct Report {
     resolution: [u32; 2],
     crop: [u32; 4],
     max_depth: u32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    spectral_bins: Option<usize>,
     triangles: usize,
     load_seconds: f64,
     build_seconds: f64,
@@ -44,6 +47,7 @@ pub struct Report {
 
 #[derive(Clone, Debug, Default, Serialize)]
 struct MltReport {
+    target: &'static str,
     rounds: u64,
     mutations: u64,
     direct_samples_per_pixel: f64,
@@ -76,6 +80,7 @@ impl Report {
             resolution: scene.camera.resolution,
             crop: scene.camera.crop,
             max_depth: scene.settings.max_depth,
+            spectral_bins: job.bins.map(|b| b.count),
             triangles: scene.geometry.triangles.len(),
             load_seconds: load.as_secs_f64(),
             build_seconds: build.as_secs_f64(),
@@ -88,9 +93,13 @@ impl Report {
         self.samples_per_pixel = Some(spp);
     }
 
-    /// What MLT has to tell.
-    pub fn mlt(&mut self, r: &MltResult) {
+    /// What MLT has to tell; the target by its name on the command line.
+    pub fn mlt(&mut self, r: &MltResult, target: Target) {
         self.mlt = Some(MltReport {
+            target: match target {
+                Target::Luminance => "luminance",
+                Target::Mixed | Target::Bins => "mixed",
+            },
             rounds: r.rounds,
             mutations: r.mutations,
             direct_samples_per_pixel: r.direct_samples,
