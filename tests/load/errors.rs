@@ -185,6 +185,14 @@ fn unsupported() {
             "<text>:2:20: Material \"diffuse\" does not take the parameter \"float sheen\"",
         ),
         (
+            "Material \"coateddiffuse\" \"float thickness\" 0.1",
+            "<text>:2:26: a coat of this thickness is not supported (found 0.1, expected 0.01)",
+        ),
+        (
+            "Texture \"t\" \"float\" \"constant\"  Material \"coateddiffuse\" \"texture thickness\" \"t\"",
+            "<text>:2:58: a coat of this thickness is not supported (found 1, expected 0.01)",
+        ),
+        (
             "MediumInterface \"a\" \"b\"",
             "<text>:2:1: participating media are not supported (found MediumInterface)",
         ),
@@ -207,6 +215,23 @@ fn unsupported() {
             s.warnings
         );
     }
+}
+
+/// A lenient reader keeps the coat, with the thickness that there is; given as the default, it is no departure.
+#[test]
+fn thickness_of_a_coat() {
+    let with = |thickness: &str| {
+        let coat =
+            format!("Material \"coateddiffuse\" \"rgb reflectance\" [0.2 0.3 0.4] {thickness}");
+        let text = format!("WorldBegin\n{coat}\n{TRIANGLE}");
+        load_str(&text, Path::new(""), &LoadOptions { lenient: true }).expect("lenient")
+    };
+    let plain = with("");
+    assert_eq!(with("\"float thickness\" 0.2").materials, plain.materials);
+    let default = with("\"float thickness\" 0.01");
+    assert_eq!(default.materials, plain.materials);
+    assert_eq!(default.warnings, plain.warnings);
+    assert!(load("WorldBegin\nMaterial \"coateddiffuse\" \"float thickness\" 0.01").is_ok());
 }
 
 /// What cannot change the image passes in silence.

@@ -20,7 +20,10 @@ pub(super) enum MaterialRef {
 }
 
 /// Parameters of the layered model's random walk in pbrt; the model here is evaluated in closed form.
-const WALK: [&str; 4] = ["maxdepth", "nsamples", "thickness", "g"];
+const WALK: [&str; 3] = ["maxdepth", "nsamples", "g"];
+
+/// pbrt-v4's default thickness of a coat, the one that the layered model here is tabulated for.
+const THICKNESS: f32 = 0.01;
 
 /// Deepest nesting of mixes: what looks at all of a mix takes 2^depth steps.
 const MAX_MIX_DEPTH: u32 = 8;
@@ -67,6 +70,24 @@ impl Library {
     /// Parameters of a material that cannot change the image.
     pub(super) fn harmless(kind: &str) -> &'static [&'static str] {
         if kind == "coateddiffuse" { &WALK } else { &[] }
+    }
+
+    /// What a material asks for that its model here cannot follow; a lenient reader makes it without.
+    pub(super) fn departures(&self, kind: &str, p: &Params) -> Result<Vec<SceneError>> {
+        let mut all = Vec::new();
+        if kind == "coateddiffuse"
+            && let Some(t) = self.float_texture_opt(p, "thickness")?
+            && t != FloatTexture::Constant(THICKNESS)
+        {
+            let at = p.get("thickness").map_or(&p.at, |q| &q.at);
+            let e = SceneError::unsupported(at, "a coat of this thickness is not supported");
+            let found = match t {
+                FloatTexture::Constant(v) => v.to_string(),
+                _ => "a texture".into(),
+            };
+            all.push(e.found(found).expected(THICKNESS));
+        }
+        Ok(all)
     }
 
     /// Refraction index: 1.5 unless given as a number or spectrum.

@@ -113,6 +113,8 @@ impl Loader {
         let Some(made) = self.tolerate(made)? else {
             return Ok(MaterialRef::Default);
         };
+        let departures = self.library.departures(kind, p)?;
+        self.complain(departures)?;
         self.complain(p.unused(Library::harmless(kind)))?;
         Ok(match made {
             None => MaterialRef::Interface,
