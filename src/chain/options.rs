@@ -19,7 +19,7 @@ pub struct Shares(pub [f64; Strategy::ALL.len()]);
 
 impl Default for Shares {
     fn default() -> Self {
-        Self([0.5, 0.45, 0.05])
+        Self([0.35, 0.6, 0.05])
     }
 }
 

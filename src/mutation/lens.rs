@@ -9,9 +9,9 @@
 use super::falsify::{Density, factor, odd_row};
 use super::{Context, Workspace};
 use crate::accel::Accel;
-use crate::path::{Ends, Kind, Path, Pool, deflect, exp2i, trace};
+use crate::path::{Ends, Kind, Path, Pool, deflect, exp2i};
+use crate::sampling::warp;
 use crate::scatter::{Mode, Transport};
-use glam::Vec2;
 
 /// See the module.
 pub struct LensPerturbation;
@@ -40,10 +40,9 @@ impl LensPerturbation {
         let world = ctx.world;
         let first = Self::suits(x, &ws.pool)?;
         let k = x.k();
-        let r =
-            world.lens.perturbation * (-world.lens.perturbation_range * ctx.rng.next_f32()).exp();
-        let (sin, cos) = (2.0 * std::f32::consts::PI * ctx.rng.next_f32()).sin_cos();
-        let raster = x.raster + Vec2::new(cos, sin) * r;
+        let r = world.lens.perturbation
+            * warp::exp(-world.lens.perturbation_range * ctx.rng.next_f32());
+        let raster = x.raster + warp::circle(ctx.rng.next_f32()) * r;
         if !world.lens.contains(raster) {
             return None;
         }
@@ -54,13 +53,13 @@ impl LensPerturbation {
         let mut cur = x.links[k].slot;
         let mut w = world.lens.direction(ws.pool.get(cur).p, raster);
         for i in (first..k).rev() {
-            let next = trace(world, ws.pool.get(cur), w, &ws.palette, ctx.tally)?;
-            let mode = x.links[i].mode;
+            let (v, mode) = (ws.pool.get(cur), x.links[i].mode);
+            let ray = (world.leave(v, v.p, w), w);
+            cur = ws.trace_from_eye(world, ray, mode, ctx.tally)?;
+            let next = ws.pool.get(cur);
             if next.kind != Kind::Surface && i > 0 {
                 return None;
             }
-            cur = ws.put_from_eye(next, mode);
-            let next = ws.pool.get(cur);
             if i > first {
                 w = deflect(next, -w, mode, Transport::FromEye)?;
             } else if i > 0 && !next.bsdf.has_non_specular() {

@@ -15,10 +15,11 @@ pub use lens::LensPerturbation;
 pub use wavelength::Wavelength;
 
 use crate::accel::Accel;
-use crate::path::{Ends, Palette, Path, Pool, Tally, Vertex, World};
+use crate::path::{Ends, Palette, Path, Pool, Tally, Vertex, World, trace_into};
 use crate::sampling::Rng;
 use crate::scatter::Mode;
 use crate::scene::spectrum::Lanes;
+use glam::Vec3;
 
 /// The strategies, in the order in which statistics list them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize)]
@@ -102,6 +103,35 @@ impl<const N: usize> Workspace<N> {
         let slot = self.pool.put(v);
         self.from_eye.push((slot, mode));
         slot
+    }
+
+    /// Follows the ray (origin, unit direction) to a vertex found from the light side.
+    #[inline]
+    pub fn trace_from_light<A: Accel>(
+        &mut self,
+        world: &World<A>,
+        ray: (Vec3, Vec3),
+        tally: &mut Tally,
+    ) -> Option<u16> {
+        let slot = self.pool.take();
+        self.from_light.push((slot, Mode::NonSpecular));
+        let v = self.pool.get_mut(slot);
+        trace_into(world, ray, &self.palette, tally, v).then_some(slot)
+    }
+
+    /// Follows the ray (origin, unit direction) to a vertex found from the eye side.
+    #[inline]
+    pub fn trace_from_eye<A: Accel>(
+        &mut self,
+        world: &World<A>,
+        ray: (Vec3, Vec3),
+        mode: Mode,
+        tally: &mut Tally,
+    ) -> Option<u16> {
+        let slot = self.pool.take();
+        self.from_eye.push((slot, mode));
+        let v = self.pool.get_mut(slot);
+        trace_into(world, ray, &self.palette, tally, v).then_some(slot)
     }
 
     /// Slots taken by this proposal.
