@@ -289,7 +289,7 @@ fn grow_light<const N: usize, A: Accel>(
             }
             (world.leave(v, v.p, w), w)
         };
-        cur = ws.trace_from_light(world, (o, w), ctx.tally)?;
+        cur = ws.trace_from_light(world, (o, w), Mode::NonSpecular, ctx.tally)?;
         if ws.pool.get(cur).kind != Kind::Surface {
             return None;
         }

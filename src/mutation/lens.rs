@@ -9,9 +9,10 @@
 use super::falsify::{Density, factor, odd_row};
 use super::{Context, Workspace};
 use crate::accel::Accel;
-use crate::path::{Ends, Kind, Path, Pool, deflect, exp2i};
+use crate::path::{Emitters, Ends, Kind, Path, Pool, deflect, exp2i};
 use crate::sampling::warp;
 use crate::scatter::{Mode, Transport};
+use glam::Vec2;
 
 /// See the module.
 pub struct LensPerturbation;
@@ -26,7 +27,7 @@ impl LensPerturbation {
         }
         if j == 0 {
             // LS*E: the retraced chain must end on the emitter.
-            return crate::path::Emitters::can_be_hit(pool.get(x.links[0].slot)).then_some(0);
+            return Emitters::can_be_hit(pool.get(x.links[0].slot)).then_some(0);
         }
         (j == 1 || x.links[j - 1].mode == Mode::NonSpecular).then_some(j)
     }
@@ -40,12 +41,7 @@ impl LensPerturbation {
         let world = ctx.world;
         let first = Self::suits(x, &ws.pool)?;
         let k = x.k();
-        let r = world.lens.perturbation
-            * warp::exp(-world.lens.perturbation_range * ctx.rng.next_f32());
-        let raster = x.raster + warp::circle(ctx.rng.next_f32()) * r;
-        if !world.lens.contains(raster) {
-            return None;
-        }
+        let raster = Self::moved(x.raster, ctx)?;
         ws.ends = Ends {
             light: first,
             eye: 1,
@@ -66,19 +62,17 @@ impl LensPerturbation {
                 return None;
             }
         }
-        ws.splice(x);
-        if first == 0 && !crate::path::Emitters::can_be_hit(ws.pool.get(ws.y.links[0].slot)) {
-            return None;
-        }
-        let y = &mut ws.y;
-        y.relink(world, &ws.pool, first.saturating_sub(1), k);
-        if !ctx.carries(y, &ws.pool) {
-            return None;
-        }
-        if first > 0 && !y.edge_visible(world, &ws.pool, first - 1, ctx.tally) {
-            return None;
-        }
-        Some(Self::ratio(x, y, first))
+        finish(x, ws, ctx, first)?;
+        Some(Self::ratio(x, &ws.y, first))
+    }
+
+    /// The raster point a little moved; `None` if it leaves the raster domain.
+    #[inline]
+    pub(super) fn moved<A: Accel>(raster: Vec2, ctx: &mut Context<A>) -> Option<Vec2> {
+        let lens = &ctx.world.lens;
+        let r = lens.perturbation * warp::exp(-lens.perturbation_range * ctx.rng.next_f32());
+        let raster = raster + warp::circle(ctx.rng.next_f32()) * r;
+        lens.contains(raster).then_some(raster)
     }
 
     /// T(y→x)·τ(y) / (T(x→y)·τ(x)) of paths that differ from vertex `first` on.
@@ -88,6 +82,27 @@ impl LensPerturbation {
         let density = |p: &Path<N>| factor(Density::Lens, odd_row(p));
         changed(y, first) / changed(x, first) * scale * density(x) / density(y)
     }
+}
+
+/// Makes y of x's vertices before `first`, the new ones found from the eye, and x's lens. `None` if it carries nothing to
+/// the raster or its connection is blocked.
+#[inline]
+pub(super) fn finish<const N: usize, A: Accel>(
+    x: &Path<N>,
+    ws: &mut Workspace<N>,
+    ctx: &mut Context<A>,
+    first: usize,
+) -> Option<()> {
+    ws.splice(x);
+    if first == 0 && !Emitters::can_be_hit(ws.pool.get(ws.y.links[0].slot)) {
+        return None;
+    }
+    let y = &mut ws.y;
+    y.relink(ctx.world, &ws.pool, first.saturating_sub(1), x.k());
+    if !ctx.carries(y, &ws.pool) {
+        return None;
+    }
+    (first == 0 || y.edge_visible(ctx.world, &ws.pool, first - 1, ctx.tally)).then_some(())
 }
 
 /// τ of all spectra times what else of f/T belongs to the replaced part.

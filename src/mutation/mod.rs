@@ -4,14 +4,19 @@
 //! strategy itself, which the chain knows.
 
 mod bidirectional;
+mod caustic;
 mod falsify;
 mod lens;
+mod multi_chain;
 #[cfg(test)]
 mod tests;
+mod turn;
 mod wavelength;
 
 pub use bidirectional::Bidirectional;
+pub use caustic::CausticPerturbation;
 pub use lens::LensPerturbation;
+pub use multi_chain::MultiChainPerturbation;
 pub use wavelength::Wavelength;
 
 use crate::accel::Accel;
@@ -29,20 +34,63 @@ pub enum Strategy {
     Bidirectional,
     /// Moves the raster point a little (Veach 11.4.3.1).
     Lens,
+    /// Turns a direction on the light side a little (Veach 11.4.3.2).
+    Caustic,
+    /// Moves the raster point, and directions between specular chains, a little (Veach 11.4.3.3).
+    MultiChain,
     /// Redraws the wavelengths.
     Wavelength,
 }
 
 impl Strategy {
     /// All strategies.
-    pub const ALL: [Self; 3] = [Self::Bidirectional, Self::Lens, Self::Wavelength];
+    pub const ALL: [Self; 5] = [
+        Self::Bidirectional,
+        Self::Lens,
+        Self::Caustic,
+        Self::MultiChain,
+        Self::Wavelength,
+    ];
 
     /// Name as used on the command line and in statistics.
     pub fn name(self) -> &'static str {
         match self {
             Self::Bidirectional => "bidirectional",
             Self::Lens => "lens",
+            Self::Caustic => "caustic",
+            Self::MultiChain => "multichain",
             Self::Wavelength => "wavelength",
+        }
+    }
+
+    /// The strategy may be chosen at x (`dispersive`: the scene has such materials at all).
+    #[inline]
+    pub fn suits<const N: usize>(self, dispersive: bool, x: &Path<N>, pool: &Pool<N>) -> bool {
+        match self {
+            // Asking whether some strategy could make x costs as much as the mutation; where none can, it fails and is
+            // a rejection.
+            Self::Bidirectional => true,
+            Self::Lens => LensPerturbation::suits(x, pool).is_some(),
+            Self::Caustic => CausticPerturbation::suits(x).is_some(),
+            Self::MultiChain => MultiChainPerturbation::suits(x, pool).is_some(),
+            Self::Wavelength => Wavelength::suits(dispersive, x, pool),
+        }
+    }
+
+    /// Proposes y in `ws.y`; see the module.
+    #[inline]
+    pub fn propose<const N: usize, A: Accel>(
+        self,
+        x: &mut Path<N>,
+        ws: &mut Workspace<N>,
+        ctx: &mut Context<A>,
+    ) -> Option<f64> {
+        match self {
+            Self::Bidirectional => Bidirectional::propose(x, ws, ctx),
+            Self::Lens => LensPerturbation::propose(x, ws, ctx),
+            Self::Caustic => CausticPerturbation::propose(x, ws, ctx),
+            Self::MultiChain => MultiChainPerturbation::propose(x, ws, ctx),
+            Self::Wavelength => Wavelength::propose(x, ws, ctx),
         }
     }
 }
@@ -111,10 +159,11 @@ impl<const N: usize> Workspace<N> {
         &mut self,
         world: &World<A>,
         ray: (Vec3, Vec3),
+        mode: Mode,
         tally: &mut Tally,
     ) -> Option<u16> {
         let slot = self.pool.take();
-        self.from_light.push((slot, Mode::NonSpecular));
+        self.from_light.push((slot, mode));
         let v = self.pool.get_mut(slot);
         trace_into(world, ray, &self.palette, tally, v).then_some(slot)
     }

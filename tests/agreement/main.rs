@@ -8,6 +8,7 @@
 mod common;
 
 mod boxes;
+mod chains;
 mod lights;
 mod materials;
 mod variants;
