@@ -9,7 +9,7 @@ use metrolux::accel::Accel;
 use metrolux::chain::{
     Chain, Direct, Mlt, MltOptions, Setting, Shares, Splat, replay, seed_group, stage,
 };
-use metrolux::mutation::{LensPerturbation, Strategy, Wavelength};
+use metrolux::mutation::Strategy;
 use metrolux::path::{Sampler, Tally, World};
 use metrolux::sampling::Rng;
 use metrolux::scene::{FilterKind, Scene};
@@ -142,11 +142,10 @@ fn strategies(c: &mut Criterion) {
         let options = options(direct);
         for strategy in Strategy::ALL {
             let mut chains = chains(&world, &options);
-            chains.retain(|c| match strategy {
-                Strategy::Bidirectional => true,
-                Strategy::Lens => LensPerturbation::suits(&c.x, c.pool()).is_some(),
-                Strategy::Wavelength => Wavelength::suits(world.dispersive, &c.x, c.pool()),
-            });
+            chains.retain(|c| strategy.suits(world.dispersive, &c.x, c.pool()));
+            if chains.is_empty() {
+                continue;
+            }
             let alone = MltOptions {
                 shares: Shares::only(strategy, 0.0),
                 ..options

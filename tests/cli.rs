@@ -131,6 +131,10 @@ fn wrong_usage_is_2() {
         &["--lanes", "3"],
         &["--time-limit", "soon"],
         &["--region", "0,0,9,2"],
+        &["--mutate", "lens=1"],
+        &["--mutate", "bidirectional=0,lens=1"],
+        &["--mutate", "bidirectional=1,manifold=1"],
+        &["--mutate", "bidirectional=1", "--integrator", "pt"],
         &["-o", "picture.jpg"],
     ] {
         let mut c = small_render(&cornell(), &out);
@@ -208,6 +212,46 @@ fn the_stats_have_what_was_promised() {
 }
 
 #[test]
+fn shares_of_the_strategies_are_set_and_written_down() {
+    let dir = Folder::new();
+    let (out, stats) = (dir.path("a.exr"), dir.path("stats.json"));
+    let shares = |scene: &Path, extra: &[&str]| -> [f64; 5] {
+        let mut c = small_render(scene, &out);
+        c.args(["--rounds", "1", "--stats"]).arg(&stats);
+        c.args(extra).assert().code(0);
+        let json: Value = serde_json::from_slice(&fs::read(&stats).expect("stats")).expect("JSON");
+        [
+            "bidirectional",
+            "lens",
+            "caustic",
+            "multichain",
+            "wavelength",
+        ]
+        .map(|name| {
+            let s = &json["mlt"]["strategies"][name];
+            let (share, proposed) = (s["share"].as_f64(), s["proposed"].as_u64());
+            assert!(share > Some(0.0) || proposed == Some(0), "{name}: {s}");
+            share.expect("a share")
+        })
+    };
+    let given = "bidirectional=2,lens=1,caustic=1,wavelength=1";
+    let found = shares(&cornell(), &["--mutate", given]);
+    assert_eq!(found, [0.4, 0.2, 0.2, 0.0, 0.2]);
+    let bytes = fs::read(&out).expect("an image");
+    let text = "bidirectional=0.4,lens=0.2,caustic=0.2,multichain=0,wavelength=0.2";
+    assert!(
+        bytes.windows(text.len()).any(|w| w == text.as_bytes()),
+        "the header holds the shares"
+    );
+    // No delta lobe calls for the strategies of specular chains.
+    assert_eq!(shares(&cornell(), &[])[2..4], [0.0, 0.0]);
+    let glass =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-glass/cornell-glass.pbrt");
+    let found = shares(&glass, &[]);
+    assert!(found.iter().all(|s| *s > 0.0), "{found:?}");
+}
+
+#[test]
 fn rounds_make_again_what_a_time_limit_made() {
     let dir = Folder::new();
     let (a, b, stats) = (dir.path("a.exr"), dir.path("b.exr"), dir.path("s.json"));
@@ -274,6 +318,7 @@ fn help_names_every_option() {
         "--max-depth",
         "--lanes",
         "--direct",
+        "--mutate",
         "--exposure",
         "--lenient",
         "--stats",

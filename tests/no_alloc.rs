@@ -1,7 +1,7 @@
 //! A Markov step allocates nothing: vertices live in fixed storage.
 
 use metrolux::accel::{Embree, EmbreeOptions};
-use metrolux::chain::{Chain, MltOptions, Setting, replay, seed_group};
+use metrolux::chain::{Chain, MltOptions, Setting, Shares, replay, seed_group};
 use metrolux::path::{Sampler, Tally, World};
 use metrolux::sampling::Rng;
 use metrolux::scene::load::{LoadOptions, load_str};
@@ -69,7 +69,11 @@ fn allocations<const N: usize>() -> (u64, u64) {
     let scene = load_str(ROOM, std::path::Path::new("."), &LoadOptions::default()).unwrap();
     let accel = Embree::new(&scene.geometry, EmbreeOptions::default()).unwrap();
     let world = World::new(&scene, &accel, 7);
-    let options = MltOptions::default();
+    let options = MltOptions {
+        shares: Shares::for_scene(&scene),
+        ..MltOptions::default()
+    };
+    assert!(options.shares.0.iter().all(|s| *s > 0.0));
     let mut tally = Tally::default();
     let batch = seed_group::<N, _>(&world, &options, 1, 0, 0, &mut tally);
     let mut sampler = Sampler::<N>::new(world.max_edges);

@@ -2,6 +2,7 @@
 
 pub mod ajar;
 pub mod bezier;
+pub mod caustic;
 pub mod cornell;
 pub mod door;
 pub mod furnace;
@@ -9,6 +10,7 @@ pub mod furniture;
 pub mod lathe;
 pub mod mesh;
 pub mod newell;
+pub mod pool;
 pub mod shell;
 pub mod teapot;
 pub mod trig;
@@ -37,5 +39,7 @@ pub fn outputs() -> Vec<Output> {
     let mut all = ajar::outputs();
     all.extend(cornell::outputs());
     all.extend(furnace::outputs());
+    all.extend(caustic::outputs());
+    all.extend(pool::outputs());
     all
 }

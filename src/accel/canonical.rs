@@ -1,8 +1,9 @@
 //! The closest hit with distance and barycentrics from the shared routine, whatever backend named the primitive.
 
+use super::surface::facets;
 use super::triangle::{Sheared, TriangleHit};
 use super::{Accel, Hit, Ray, offset_origin, quadric, surface};
-use crate::scene::Geometry;
+use crate::scene::{Facet, Geometry};
 use glam::Vec3;
 
 /// Most attempts to get past a primitive that lies behind the origin although the backend named it.
@@ -25,9 +26,8 @@ pub fn closest<A: Accel>(accel: &A, ray: &Ray) -> Option<Hit> {
 /// that lies beyond it.
 #[inline(always)]
 pub fn recompute(geometry: &Geometry, prim: u32, ray: &Ray) -> Hit {
-    if (prim as usize) < geometry.triangles.len() {
-        let corners = geometry.corners(prim);
-        return match inside(&corners, ray) {
+    if let Some(Facet { corners, .. }) = facets(geometry).get(prim as usize) {
+        return match inside(corners, ray) {
             Some(TriangleHit { t, b1, b2 }) => Hit {
                 prim,
                 t,
@@ -35,7 +35,7 @@ pub fn recompute(geometry: &Geometry, prim: u32, ray: &Ray) -> Hit {
                 b2,
                 clamped: false,
             },
-            None => on_the_edge(&corners, prim, ray),
+            None => on_the_edge(corners, prim, ray),
         };
     }
     // Backends call the very same function, so `None` means they named it out of its range.

@@ -4,7 +4,7 @@
 //! the winding, which the loader has turned to pbrt-v4's outside.
 
 use super::{Hit, Ray, quadric};
-use crate::scene::{Geometry, Quadric};
+use crate::scene::{Facet, Geometry, Quadric};
 use glam::{DVec3, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
@@ -33,51 +33,68 @@ pub struct Surface {
     pub uv: Vec2,
 }
 
-/// Computes every triangle's plane once; a backend calls this when it is built.
+/// Gathers what hits ask for, once; a backend calls this when it is built.
 pub fn prepare(geometry: &Geometry) {
-    geometry.planes.get_or_init(|| {
-        let triangles = 0..geometry.triangles.len() as u32;
-        triangles
-            .map(|t| {
-                let [p0, p1, p2] = geometry.corners(t);
-                plane(p0, p1, p2)
-            })
-            .collect()
-    });
+    facets(geometry);
+}
+
+/// The facets of all triangles.
+#[inline(always)]
+pub fn facets(geometry: &Geometry) -> &[Facet] {
+    geometry.facets.get_or_init(|| gather(geometry))
+}
+
+#[cold]
+fn gather(geometry: &Geometry) -> Vec<Facet> {
+    let triangles = 0..geometry.triangles.len();
+    triangles
+        .map(|t| {
+            let corners = geometry.corners(t as u32);
+            let (ng, stand_off) = plane(corners);
+            Facet {
+                corners,
+                ng,
+                stand_off,
+                shape: geometry.prim_shape[t],
+                light: geometry.prim_light[t],
+            }
+        })
+        .collect()
 }
 
 /// The surface at a hit of `ray`.
 #[inline(always)]
 pub fn surface(geometry: &Geometry, hit: &Hit, ray: &Ray) -> Surface {
-    match geometry.quadric(hit.prim) {
+    match (hit.prim as usize).checked_sub(geometry.triangles.len()) {
         None => surface_at(geometry, hit.prim, hit.b1, hit.b2),
-        Some(q) => quadric_at(q, ray.o.as_dvec3() + ray.d.as_dvec3() * hit.t as f64),
+        Some(i) => quadric_at(
+            &geometry.quadrics[i],
+            ray.o.as_dvec3() + ray.d.as_dvec3() * hit.t as f64,
+        ),
     }
 }
 
 /// The surface at barycentrics (b1, b2) of triangle `prim`, for points that are sampled rather than hit.
 #[inline(always)]
 pub fn surface_at(geometry: &Geometry, prim: u32, b1: f32, b2: f32) -> Surface {
-    let [p0, p1, p2] = geometry.corners(prim);
+    let facet = &facets(geometry)[prim as usize];
+    let [p0, p1, p2] = facet.corners;
     let b0 = 1.0 - b1 - b2;
     let (q0, q1, q2) = (p0 * b0, p1 * b1, p2 * b2);
-    let shape = &geometry.shapes[geometry.prim_shape[prim as usize] as usize];
-    let (ng, plane_error) = match geometry.planes.get() {
-        Some(planes) => planes[prim as usize],
-        None => plane(p0, p1, p2),
-    };
+    let shape = &geometry.shapes[facet.shape as usize];
+    let ng = facet.ng;
     let p = q0 + q1 + q2;
     let rounding = gamma(9) * (q0.abs() + q1.abs() + q2.abs()).max_element();
 
-    let [i0, i1, i2] = geometry.triangles[prim as usize].map(|i| i as usize);
+    let corners = || geometry.triangles[prim as usize].map(|i| i as usize);
     let ns = if shape.has_normals {
-        let n = &geometry.normals;
+        let (n, [i0, i1, i2]) = (&geometry.normals, corners());
         facing(n[i0] * b0 + n[i1] * b1 + n[i2] * b2, ng)
     } else {
         ng
     };
     let uv = if shape.has_uvs {
-        let t = &geometry.uvs;
+        let (t, [i0, i1, i2]) = (&geometry.uvs, corners());
         t[i0] * b0 + t[i1] * b1 + t[i2] * b2
     } else {
         // pbrt-v4's default corners (0,0), (1,0), (1,1).
@@ -85,7 +102,7 @@ pub fn surface_at(geometry: &Geometry, prim: u32, b1: f32, b2: f32) -> Surface {
     };
     Surface {
         p,
-        error: rounding + plane_error,
+        error: rounding + facet.stand_off,
         ng,
         ns,
         uv,
@@ -137,10 +154,9 @@ pub fn dpdu(geometry: &Geometry, prim: u32, s: &Surface) -> Vec3 {
 /// u·L, so the edges by 3u·L, the components of their cross product by 9u·L², and corner · normal by √3·9u·L³ + 4u·L·|N|
 /// with |N| = L·h: a distance of 4u·L + 16u·L²/h. Past a needle of h/L = 10⁻³ that exceeds the width of the triangle;
 /// there the offset stays at h/8, and `closest` asks again instead.
-#[inline]
-fn plane(p0: Vec3, p1: Vec3, p2: Vec3) -> (Vec3, f32) {
+fn plane(corners: [Vec3; 3]) -> (Vec3, f32) {
     // In f64 because the squares of small scenes underflow f32.
-    let (p0, p1, p2) = (p0.as_dvec3(), p1.as_dvec3(), p2.as_dvec3());
+    let [p0, p1, p2] = corners.map(|p| p.as_dvec3());
     let (a, b, c) = (p1 - p0, p2 - p0, p2 - p1);
     let cross = a.cross(b);
     let area2 = cross.length();

@@ -2,7 +2,7 @@
 
 use super::{ChainStats, Direct, MltOptions, Sink};
 use crate::accel::Accel;
-use crate::mutation::{Bidirectional, Context, LensPerturbation, Strategy, Wavelength, Workspace};
+use crate::mutation::{Context, Strategy, Workspace};
 use crate::path::{Path, Pool, World};
 use crate::sampling::Rng;
 
@@ -64,15 +64,11 @@ impl Choice {
 
 #[inline]
 fn choice<const N: usize, A: Accel>(set: &Setting<A>, x: &Path<N>, pool: &Pool<N>) -> Choice {
-    let s = set.options.shares.0;
-    let mut w = [0.0; Strategy::ALL.len()];
-    // Asking whether some strategy could make x costs as much as the mutation; where none can, it fails and is a rejection.
-    w[0] = s[0];
-    if s[1] > 0.0 && LensPerturbation::suits(x, pool).is_some() {
-        w[1] = s[1];
-    }
-    if s[2] > 0.0 && Wavelength::suits(set.world.dispersive, x, pool) {
-        w[2] = s[2];
+    let mut w = set.options.shares.0;
+    for (w, s) in w.iter_mut().zip(Strategy::ALL) {
+        if *w > 0.0 && !s.suits(set.world.dispersive, x, pool) {
+            *w = 0.0;
+        }
     }
     Choice {
         weights: w,
@@ -136,13 +132,7 @@ impl<const N: usize> Chain<N> {
                 indirect_only: set.options.direct == Direct::Separate,
                 weigh_deletions: set.options.weigh_deletions,
             };
-            let ratio = match strategy {
-                Strategy::Bidirectional => {
-                    Bidirectional::propose(&mut self.x, &mut self.ws, &mut ctx)
-                }
-                Strategy::Lens => LensPerturbation::propose(&mut self.x, &mut self.ws, &mut ctx),
-                Strategy::Wavelength => Wavelength::propose(&mut self.x, &mut self.ws, &mut ctx),
-            };
+            let ratio = strategy.propose(&mut self.x, &mut self.ws, &mut ctx);
             if let Some(ratio) = ratio {
                 self.stats.strategies[chosen].constructed += 1;
                 let at_y = choice(set, &self.ws.y, &self.ws.pool);

@@ -2,6 +2,8 @@
 
 use crate::film::Bins;
 use crate::mutation::Strategy;
+use crate::scatter::may_be_specular;
+use crate::scene::Scene;
 
 /// Who computes paths LS*E and LDS*E.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -18,12 +20,23 @@ pub enum Direct {
 pub struct Shares(pub [f64; Strategy::ALL.len()]);
 
 impl Default for Shares {
+    /// For scenes without a delta lobe.
     fn default() -> Self {
-        Self([0.5, 0.45, 0.05])
+        Self([0.35, 0.6, 0.0, 0.0, 0.05])
     }
 }
 
 impl Shares {
+    /// The fixed shares of a scene. Caustic and multi-chain perturbations are called for by delta lobes, so scenes
+    /// without them pay nothing for either.
+    pub fn for_scene(scene: &Scene) -> Self {
+        if scene.materials.iter().any(may_be_specular) {
+            Self([0.4, 0.25, 0.15, 0.15, 0.05])
+        } else {
+            Self::default()
+        }
+    }
+
     /// Only the given strategy, beside a part of bidirectional mutations.
     pub fn only(s: Strategy, bidirectional: f64) -> Self {
         let mut v = [0.0; Strategy::ALL.len()];

@@ -96,24 +96,22 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
             let (film, idle, unit) = (&self.film, &self.idle, self.unit);
             let (crop, filter) = (self.crop, &self.filter);
             g.chains.par_iter_mut().for_each(|(chain, b)| {
-                let mut sink = FilmSink {
-                    buffers: idle.take(|| Buffers::new(crop, filter, set.options.bins)),
-                    scale: (*b / unit) as f32,
-                    faults: Tally::default(),
-                };
+                let buffers = idle.take(|| Buffers::new(crop, filter, set.options.bins));
+                let mut sink = FilmSink::new(buffers, (*b / unit) as f32);
                 for _ in 0..now {
                     for _ in 0..set.options.round {
                         chain.step(&set, &mut sink);
                     }
                     chain.flush(&mut sink);
-                    if sink.buffers.is_full() {
+                    if sink.buffers().is_full() {
                         film.lock()
                             .expect("no thread panicked")
-                            .absorb(&mut sink.buffers);
+                            .absorb(sink.buffers());
                     }
                 }
-                chain.stats.tally += sink.faults;
-                idle.put(sink.buffers);
+                let (buffers, faults) = sink.finish();
+                chain.stats.tally += faults;
+                idle.put(buffers);
             });
             g.rounds += now;
             self.rounds += now;

@@ -87,12 +87,51 @@ impl Buffers {
     }
 }
 
+/// Splats that wait to be added together: their pixels are far apart in memory, and so the waits for them overlap.
+const QUEUE: usize = 32;
+
 /// Fills a thread's buffers from one chain.
 pub(super) struct FilmSink {
-    pub(super) buffers: Buffers,
+    buffers: Buffers,
     /// Factor on every weight: the brightness of the chain's group.
-    pub(super) scale: f32,
-    pub(super) faults: Tally,
+    scale: f32,
+    faults: Tally,
+    queue: [(Vec2, [f32; 3], f32); QUEUE],
+    queued: usize,
+}
+
+impl FilmSink {
+    pub(super) fn new(buffers: Buffers, scale: f32) -> Self {
+        Self {
+            buffers,
+            scale,
+            faults: Tally::default(),
+            queue: [(Vec2::ZERO, [0.0; 3], 0.0); QUEUE],
+            queued: 0,
+        }
+    }
+
+    /// The buffers with everything in them.
+    pub(super) fn buffers(&mut self) -> &mut Buffers {
+        self.add_queued();
+        &mut self.buffers
+    }
+
+    /// The buffers, and the faults of what was not taken.
+    pub(super) fn finish(mut self) -> (Buffers, Tally) {
+        self.add_queued();
+        (self.buffers, self.faults)
+    }
+
+    #[inline(never)]
+    fn add_queued(&mut self) {
+        for &(raster, xyz, weight) in &self.queue[..self.queued] {
+            if let Err(f) = self.buffers.colors.splat(raster, xyz, weight) {
+                self.faults.fault(f.into());
+            }
+        }
+        self.queued = 0;
+    }
 }
 
 impl<const N: usize> Sink<N> for FilmSink {
@@ -100,8 +139,10 @@ impl<const N: usize> Sink<N> for FilmSink {
     fn splat(&mut self, path: &Path<N>, weight: f64) {
         let s = Splat::of(path, weight);
         let weight = s.weight * self.scale;
-        if let Err(f) = self.buffers.colors.splat(s.raster, s.xyz, weight) {
-            self.faults.fault(f.into());
+        self.queue[self.queued % QUEUE] = (s.raster, s.xyz, weight);
+        self.queued += 1;
+        if self.queued == QUEUE {
+            self.add_queued();
         }
         // A branch, not a second kind of sink: two copies of the step would no longer be inlined into one body each.
         if let Some(buffer) = &mut self.buffers.spectra {

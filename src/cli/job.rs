@@ -2,6 +2,7 @@
 
 use super::CliError;
 use super::render::{AccelArg, IntegratorArg, RenderArgs, TargetArg};
+use crate::chain::Shares;
 use crate::film::Bins;
 use crate::integrator::Budget;
 use crate::scene::spectrum::Target;
@@ -26,6 +27,8 @@ pub struct Job {
     pub bins: Option<Bins>,
     /// What the target of chains is made of.
     pub target: Target,
+    /// Shares of the mutation strategies.
+    pub shares: Shares,
 }
 
 /// Mutations a pixel where neither the command line nor the scene says.
@@ -117,6 +120,9 @@ impl Job {
         if args.target.is_some() && !is_mlt {
             return Err(usage("--target is for --integrator mlt".into()));
         }
+        if args.mutate.is_some() && !is_mlt {
+            return Err(usage("--mutate is for --integrator mlt".into()));
+        }
         let target = match (args.spectral, args.target) {
             (Some(_), Some(TargetArg::Luminance)) => {
                 return Err(usage(
@@ -131,6 +137,7 @@ impl Job {
         Ok(Self {
             bins: args.spectral.map(|n| Bins::new(n as usize)),
             target,
+            shares: args.mutate.unwrap_or_else(|| Shares::for_scene(scene)),
             integrator,
             budget,
             accel: args.accel,

@@ -5,6 +5,8 @@ mod compare;
 mod error;
 mod job;
 mod manual;
+mod mutate;
+mod parse;
 mod render;
 mod report;
 

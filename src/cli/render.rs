@@ -2,10 +2,11 @@
 
 use super::bar::Bar;
 use super::job::Job;
+use super::parse::{duration, positive, region, size};
 use super::report::{Report, peak_memory_bytes, processor_seconds};
 use super::{CliError, report};
 use crate::accel::{Accel, Embree, EmbreeOptions, Obvhs, Recorder};
-use crate::chain::{Direct, MltOptions};
+use crate::chain::{Direct, MltOptions, Shares};
 use crate::integrator::{Bdpt, bdpt_bins, mlt, pt_bins};
 use crate::output::{Image, ImageError, SpectralBins, write_exr, write_png};
 use crate::path::{Heuristic, Tally, World};
@@ -140,6 +141,12 @@ pub struct RenderArgs {
     /// What a chain's visits are proportional to (mlt); mixed unless given
     #[arg(long, value_enum)]
     pub target: Option<TargetArg>,
+    /// Shares of the mutation strategies (mlt), as bidirectional=0.5,lens=0.3,caustic=0.1,multichain=0.1,wavelength=0.05
+    ///
+    /// Relative to each other; 0 removes a strategy, and so does not naming it (wavelength then has 5 %). Bidirectional
+    /// must be > 0. By default fixed shares, with caustic and multichain only where the scene has specular surfaces.
+    #[arg(long, value_name = "STRATEGY=SHARE,…", value_parser = super::mutate::shares)]
+    pub mutate: Option<Shares>,
     /// Exposure of PNG files in stops
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     pub exposure: f32,
@@ -167,54 +174,6 @@ pub enum PrecisionArg {
     Robust,
     /// Faster
     Fast,
-}
-
-fn positive(s: &str) -> Result<f64, String> {
-    s.parse::<f64>()
-        .ok()
-        .filter(|v| v.is_finite() && *v > 0.0)
-        .ok_or_else(|| "expected a number > 0".into())
-}
-
-fn numbers<const K: usize>(s: &str, sep: char, what: &str) -> Result<[u32; K], String> {
-    let v: Vec<u32> = s
-        .split(sep)
-        .map(|p| p.trim().parse::<u32>())
-        .collect::<Result<_, _>>()
-        .map_err(|_| what)?;
-    v.try_into().map_err(|_| what.to_owned())
-}
-
-fn size(s: &str) -> Result<[u32; 2], String> {
-    let v = numbers::<2>(s, 'x', "expected WIDTHxHEIGHT, such as 640x360")?;
-    if v.iter().all(|n| (1..=65536).contains(n)) {
-        Ok(v)
-    } else {
-        Err("expected 1 to 65536 pixels each way".into())
-    }
-}
-
-fn region(s: &str) -> Result<[u32; 4], String> {
-    numbers::<4>(s, ',', "expected x0,y0,x1,y1 in pixels")
-}
-
-fn duration(s: &str) -> Result<Duration, String> {
-    let wrong = || "expected a time such as 30s, 10m, 1.5h".to_owned();
-    let at = s.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(s.len());
-    let n: f64 = s[..at].trim().parse().map_err(|_| wrong())?;
-    let unit = match &s[at..] {
-        "" | "s" => 1.0,
-        "ms" => 1e-3,
-        "m" | "min" => 60.0,
-        "h" => 3600.0,
-        _ => return Err(wrong()),
-    };
-    let t = n * unit;
-    if t.is_finite() && t > 0.0 {
-        Ok(Duration::from_secs_f64(t))
-    } else {
-        Err(wrong())
-    }
 }
 
 /// Rays that `--record-rays` keeps at most: 640 MB of memory and of file.
@@ -354,10 +313,11 @@ fn render<const N: usize, A: Accel>(
             let options = MltOptions {
                 direct,
                 bins: job.bins,
+                shares: job.shares,
                 ..MltOptions::default()
             };
             let r = mlt::<N, A>(&world, &options, job.budget, args.seed, &bar, &mut tally);
-            report.mlt(&r, job.target);
+            report.mlt(&r, &options.shares, job.target);
             (r.image, r.spectrum)
         }
     };

@@ -3,6 +3,7 @@
 use super::CliError;
 use super::job::Job;
 use super::render::Told;
+use crate::chain::Shares;
 use crate::integrator::MltResult;
 use crate::mutation::Strategy;
 use crate::output::{Metadata, Window};
@@ -59,6 +60,7 @@ struct MltReport {
 
 #[derive(Clone, Debug, Default, Serialize)]
 struct StrategyReport {
+    share: f64,
     proposed: u64,
     constructed: u64,
     accepted: u64,
@@ -94,7 +96,7 @@ impl Report {
     }
 
     /// What MLT has to tell; the target by its name on the command line.
-    pub fn mlt(&mut self, r: &MltResult, target: Target) {
+    pub fn mlt(&mut self, r: &MltResult, shares: &Shares, target: Target) {
         self.mlt = Some(MltReport {
             target: match target {
                 Target::Luminance => "luminance",
@@ -112,6 +114,7 @@ impl Report {
                 .map(|(s, c)| {
                     let rate = c.accepted as f64 / c.proposed.max(1) as f64;
                     let r = StrategyReport {
+                        share: shares.0[*s as usize],
                         proposed: c.proposed,
                         constructed: c.constructed,
                         accepted: c.accepted,
@@ -164,6 +167,11 @@ impl Report {
         if let Some(m) = &self.mlt {
             counters.push(("rounds".into(), m.rounds.to_string()));
             counters.push(("mutations".into(), m.mutations.to_string()));
+            let shares = Strategy::ALL.map(|s| {
+                let share = m.strategies.get(s.name()).map_or(0.0, |r| r.share);
+                format!("{}={share}", s.name())
+            });
+            counters.push(("mutate".into(), shares.join(",")));
         }
         if let Some(s) = self.samples_per_pixel {
             counters.push(("samplesPerPixel".into(), s.to_string()));

@@ -10,7 +10,7 @@
 use super::falsify::{Density, factor, odd_row};
 use super::{Context, Workspace};
 use crate::accel::Accel;
-use crate::path::{Emitters, Ends, Kind, Path, deletion_length, half_to, scatter, trace_ray};
+use crate::path::{Emitters, Ends, Kind, Path, deletion_length, half_to, scatter};
 use crate::scatter::{Mode, Transport};
 
 /// See the module.
@@ -299,11 +299,10 @@ fn grow_light<const N: usize, A: Accel>(
             ws.put_from_light(lens, Mode::NonSpecular);
             return Some(end_mode);
         }
-        let next = trace_ray(world, o, w, &ws.palette, ctx.tally)?;
-        if next.kind != Kind::Surface {
+        cur = ws.trace_from_light(world, (o, w), Mode::NonSpecular, ctx.tally)?;
+        if ws.pool.get(cur).kind != Kind::Surface {
             return None;
         }
-        cur = ws.put_from_light(next, Mode::NonSpecular);
         from = -w;
         index += 1;
         left -= 1;
@@ -356,12 +355,11 @@ fn grow_eye<const N: usize, A: Accel>(
             w
         };
         let o = world.leave(v, v.p, w);
-        let next = trace_ray(world, o, w, &ws.palette, ctx.tally)?;
+        cur = ws.trace_from_eye(world, (o, w), Mode::NonSpecular, ctx.tally)?;
         left -= 1;
-        if next.kind != Kind::Surface && !(left == 0 && reaches_light) {
+        if ws.pool.get(cur).kind != Kind::Surface && !(left == 0 && reaches_light) {
             return None;
         }
-        cur = ws.put_from_eye(next, Mode::NonSpecular);
         from = -w;
     }
     Some(end_mode)

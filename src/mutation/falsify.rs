@@ -11,6 +11,10 @@ pub(crate) enum Density {
     Strategies,
     /// The lens perturbation's density of paths seen in odd rows of pixels.
     Lens,
+    /// The caustic perturbation's density of paths seen in odd rows of pixels.
+    Caustic,
+    /// The multi-chain perturbation's density of paths seen in odd rows of pixels.
+    MultiChain,
     /// The wavelength mutation's density of u < 1/2.
     Wavelength,
 }

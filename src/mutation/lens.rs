@@ -9,7 +9,8 @@
 use super::falsify::{Density, factor, odd_row};
 use super::{Context, Workspace};
 use crate::accel::Accel;
-use crate::path::{Ends, Kind, Path, Pool, deflect, exp2i, trace};
+use crate::path::{Emitters, Ends, Kind, Path, Pool, deflect, exp2i};
+use crate::sampling::warp;
 use crate::scatter::{Mode, Transport};
 use glam::Vec2;
 
@@ -26,7 +27,7 @@ impl LensPerturbation {
         }
         if j == 0 {
             // LS*E: the retraced chain must end on the emitter.
-            return crate::path::Emitters::can_be_hit(pool.get(x.links[0].slot)).then_some(0);
+            return Emitters::can_be_hit(pool.get(x.links[0].slot)).then_some(0);
         }
         (j == 1 || x.links[j - 1].mode == Mode::NonSpecular).then_some(j)
     }
@@ -40,13 +41,7 @@ impl LensPerturbation {
         let world = ctx.world;
         let first = Self::suits(x, &ws.pool)?;
         let k = x.k();
-        let r =
-            world.lens.perturbation * (-world.lens.perturbation_range * ctx.rng.next_f32()).exp();
-        let (sin, cos) = (2.0 * std::f32::consts::PI * ctx.rng.next_f32()).sin_cos();
-        let raster = x.raster + Vec2::new(cos, sin) * r;
-        if !world.lens.contains(raster) {
-            return None;
-        }
+        let raster = Self::moved(x.raster, ctx)?;
         ws.ends = Ends {
             light: first,
             eye: 1,
@@ -54,32 +49,30 @@ impl LensPerturbation {
         let mut cur = x.links[k].slot;
         let mut w = world.lens.direction(ws.pool.get(cur).p, raster);
         for i in (first..k).rev() {
-            let next = trace(world, ws.pool.get(cur), w, &ws.palette, ctx.tally)?;
-            let mode = x.links[i].mode;
+            let (v, mode) = (ws.pool.get(cur), x.links[i].mode);
+            let ray = (world.leave(v, v.p, w), w);
+            cur = ws.trace_from_eye(world, ray, mode, ctx.tally)?;
+            let next = ws.pool.get(cur);
             if next.kind != Kind::Surface && i > 0 {
                 return None;
             }
-            cur = ws.put_from_eye(next, mode);
-            let next = ws.pool.get(cur);
             if i > first {
                 w = deflect(next, -w, mode, Transport::FromEye)?;
             } else if i > 0 && !next.bsdf.has_non_specular() {
                 return None;
             }
         }
-        ws.splice(x);
-        if first == 0 && !crate::path::Emitters::can_be_hit(ws.pool.get(ws.y.links[0].slot)) {
-            return None;
-        }
-        let y = &mut ws.y;
-        y.relink(world, &ws.pool, first.saturating_sub(1), k);
-        if !ctx.carries(y, &ws.pool) {
-            return None;
-        }
-        if first > 0 && !y.edge_visible(world, &ws.pool, first - 1, ctx.tally) {
-            return None;
-        }
-        Some(Self::ratio(x, y, first))
+        finish(x, ws, ctx, first)?;
+        Some(Self::ratio(x, &ws.y, first))
+    }
+
+    /// The raster point a little moved; `None` if it leaves the raster domain.
+    #[inline]
+    pub(super) fn moved<A: Accel>(raster: Vec2, ctx: &mut Context<A>) -> Option<Vec2> {
+        let lens = &ctx.world.lens;
+        let r = lens.perturbation * warp::exp(-lens.perturbation_range * ctx.rng.next_f32());
+        let raster = raster + warp::circle(ctx.rng.next_f32()) * r;
+        lens.contains(raster).then_some(raster)
     }
 
     /// T(y→x)·τ(y) / (T(x→y)·τ(x)) of paths that differ from vertex `first` on.
@@ -89,6 +82,27 @@ impl LensPerturbation {
         let density = |p: &Path<N>| factor(Density::Lens, odd_row(p));
         changed(y, first) / changed(x, first) * scale * density(x) / density(y)
     }
+}
+
+/// Makes y of x's vertices before `first`, the new ones found from the eye, and x's lens. `None` if it carries nothing to
+/// the raster or its connection is blocked.
+#[inline]
+pub(super) fn finish<const N: usize, A: Accel>(
+    x: &Path<N>,
+    ws: &mut Workspace<N>,
+    ctx: &mut Context<A>,
+    first: usize,
+) -> Option<()> {
+    ws.splice(x);
+    if first == 0 && !Emitters::can_be_hit(ws.pool.get(ws.y.links[0].slot)) {
+        return None;
+    }
+    let y = &mut ws.y;
+    y.relink(ctx.world, &ws.pool, first.saturating_sub(1), x.k());
+    if !ctx.carries(y, &ws.pool) {
+        return None;
+    }
+    (first == 0 || y.edge_visible(ctx.world, &ws.pool, first - 1, ctx.tally)).then_some(())
 }
 
 /// τ of all spectra times what else of f/T belongs to the replaced part.

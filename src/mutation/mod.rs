@@ -4,21 +4,27 @@
 //! strategy itself, which the chain knows.
 
 mod bidirectional;
+mod caustic;
 mod falsify;
 mod lens;
+mod multi_chain;
 #[cfg(test)]
 mod tests;
+mod turn;
 mod wavelength;
 
 pub use bidirectional::Bidirectional;
+pub use caustic::CausticPerturbation;
 pub use lens::LensPerturbation;
+pub use multi_chain::MultiChainPerturbation;
 pub use wavelength::Wavelength;
 
 use crate::accel::Accel;
-use crate::path::{Ends, Palette, Path, Pool, Tally, Vertex, World};
+use crate::path::{Ends, Palette, Path, Pool, Tally, Vertex, World, trace_into};
 use crate::sampling::Rng;
 use crate::scatter::Mode;
 use crate::scene::spectrum::Lanes;
+use glam::Vec3;
 
 /// The strategies, in the order in which statistics list them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize)]
@@ -28,20 +34,63 @@ pub enum Strategy {
     Bidirectional,
     /// Moves the raster point a little (Veach 11.4.3.1).
     Lens,
+    /// Turns a direction on the light side a little (Veach 11.4.3.2).
+    Caustic,
+    /// Moves the raster point, and directions between specular chains, a little (Veach 11.4.3.3).
+    MultiChain,
     /// Redraws the wavelengths.
     Wavelength,
 }
 
 impl Strategy {
     /// All strategies.
-    pub const ALL: [Self; 3] = [Self::Bidirectional, Self::Lens, Self::Wavelength];
+    pub const ALL: [Self; 5] = [
+        Self::Bidirectional,
+        Self::Lens,
+        Self::Caustic,
+        Self::MultiChain,
+        Self::Wavelength,
+    ];
 
     /// Name as used on the command line and in statistics.
     pub fn name(self) -> &'static str {
         match self {
             Self::Bidirectional => "bidirectional",
             Self::Lens => "lens",
+            Self::Caustic => "caustic",
+            Self::MultiChain => "multichain",
             Self::Wavelength => "wavelength",
+        }
+    }
+
+    /// The strategy may be chosen at x (`dispersive`: the scene has such materials at all).
+    #[inline]
+    pub fn suits<const N: usize>(self, dispersive: bool, x: &Path<N>, pool: &Pool<N>) -> bool {
+        match self {
+            // Asking whether some strategy could make x costs as much as the mutation; where none can, it fails and is
+            // a rejection.
+            Self::Bidirectional => true,
+            Self::Lens => LensPerturbation::suits(x, pool).is_some(),
+            Self::Caustic => CausticPerturbation::suits(x).is_some(),
+            Self::MultiChain => MultiChainPerturbation::suits(x, pool).is_some(),
+            Self::Wavelength => Wavelength::suits(dispersive, x, pool),
+        }
+    }
+
+    /// Proposes y in `ws.y`; see the module.
+    #[inline]
+    pub fn propose<const N: usize, A: Accel>(
+        self,
+        x: &mut Path<N>,
+        ws: &mut Workspace<N>,
+        ctx: &mut Context<A>,
+    ) -> Option<f64> {
+        match self {
+            Self::Bidirectional => Bidirectional::propose(x, ws, ctx),
+            Self::Lens => LensPerturbation::propose(x, ws, ctx),
+            Self::Caustic => CausticPerturbation::propose(x, ws, ctx),
+            Self::MultiChain => MultiChainPerturbation::propose(x, ws, ctx),
+            Self::Wavelength => Wavelength::propose(x, ws, ctx),
         }
     }
 }
@@ -102,6 +151,36 @@ impl<const N: usize> Workspace<N> {
         let slot = self.pool.put(v);
         self.from_eye.push((slot, mode));
         slot
+    }
+
+    /// Follows the ray (origin, unit direction) to a vertex found from the light side.
+    #[inline]
+    pub fn trace_from_light<A: Accel>(
+        &mut self,
+        world: &World<A>,
+        ray: (Vec3, Vec3),
+        mode: Mode,
+        tally: &mut Tally,
+    ) -> Option<u16> {
+        let slot = self.pool.take();
+        self.from_light.push((slot, mode));
+        let v = self.pool.get_mut(slot);
+        trace_into(world, ray, &self.palette, tally, v).then_some(slot)
+    }
+
+    /// Follows the ray (origin, unit direction) to a vertex found from the eye side.
+    #[inline]
+    pub fn trace_from_eye<A: Accel>(
+        &mut self,
+        world: &World<A>,
+        ray: (Vec3, Vec3),
+        mode: Mode,
+        tally: &mut Tally,
+    ) -> Option<u16> {
+        let slot = self.pool.take();
+        self.from_eye.push((slot, mode));
+        let v = self.pool.get_mut(slot);
+        trace_into(world, ray, &self.palette, tally, v).then_some(slot)
     }
 
     /// Slots taken by this proposal.

@@ -296,6 +296,12 @@ impl Emitters {
         }
     }
 
+    /// The origin outside of the scene of a ray from the direction `to_light` that passes the point `through`.
+    #[inline]
+    pub fn entry(&self, to_light: Vec3, through: Vec3) -> Vec3 {
+        through + to_light * (to_light.dot(self.center - through) + 2.0 * self.radius)
+    }
+
     /// Density per solid angle of [`Self::sample_direction`]; for a vertex at infinity, per area across the direction.
     #[inline]
     pub fn pdf_direction<const N: usize>(&self, scene: &Scene, x0: &Vertex<N>, w: Vec3) -> f64 {

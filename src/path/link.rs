@@ -66,6 +66,17 @@ impl<const N: usize> Link<N> {
         }
     }
 
+    /// Makes this the edge from `x` to `next`.
+    #[inline]
+    pub fn span(&mut self, x: &Vertex<N>, next: &Vertex<N>) {
+        let (dir, inv_d2) = x.towards(next);
+        self.dir = dir;
+        self.cos_near = x.signed_cos(dir);
+        self.cos_far = next.signed_cos(dir);
+        self.inv_d2 = inv_d2;
+        self.g = (self.cos_near as f64 * self.cos_far as f64).abs() * inv_d2;
+    }
+
     /// Turns a density per solid angle at x_i into one per area at x_{i+1}.
     #[inline]
     pub fn to_far(&self) -> f64 {

@@ -3,21 +3,40 @@
 //! A chain keeps its wavelengths for many steps, and most surfaces look the same all over: their lobes are computed once
 //! for each set of wavelengths instead of once a hit.
 
-use crate::scatter::{Bsdf, shade};
+use crate::accel::Surface;
+use crate::scatter::{Bsdf, resolve_mix, shade};
 use crate::scene::spectrum::{Lanes, Spectrum};
-use crate::scene::{Light, NONE, Scene};
-use glam::Vec2;
+use crate::scene::{Light, Material, NONE, Scene};
 use std::cell::Cell;
 
 /// Materials and lights remembered at once; those whose numbers differ by a multiple of it displace each other.
 const SLOTS: usize = 16;
 
+/// What a surface point is made of.
+#[derive(Clone, Copy, Debug)]
+pub struct Finish<const N: usize> {
+    /// The material itself, or what a mixture is at this point.
+    pub material: u32,
+    /// Its lobes need a tangent.
+    pub directed: bool,
+    /// Lobes at the palette's wavelengths.
+    pub bsdf: Bsdf<N>,
+}
+
+impl<const N: usize> Finish<N> {
+    const BLACK: Self = Self {
+        material: NONE,
+        directed: false,
+        bsdf: Bsdf::Black,
+    };
+}
+
 /// Wavelengths with what surfaces and lights are at them.
 pub struct Palette<const N: usize> {
     lanes: Lanes<N>,
-    /// Which material each of `lobes` belongs to.
+    /// Which material each of `finishes` belongs to.
     materials: [Cell<u32>; SLOTS],
-    lobes: [Cell<Bsdf<N>>; SLOTS],
+    finishes: [Cell<Finish<N>>; SLOTS],
     /// Which light each of `emissions` belongs to.
     lights: [Cell<u32>; SLOTS],
     emissions: [Cell<Spectrum<N>>; SLOTS],
@@ -29,7 +48,7 @@ impl<const N: usize> Palette<N> {
         Self {
             lanes,
             materials: [const { Cell::new(NONE) }; SLOTS],
-            lobes: [const { Cell::new(Bsdf::Black) }; SLOTS],
+            finishes: [const { Cell::new(Finish::BLACK) }; SLOTS],
             lights: [const { Cell::new(NONE) }; SLOTS],
             emissions: [const { Cell::new(Spectrum::ZERO) }; SLOTS],
         }
@@ -51,26 +70,39 @@ impl<const N: usize> Palette<N> {
         }
     }
 
-    /// The lobes of a material that is no mix.
+    /// What a surface of `material` is made of at `s`.
     #[inline]
-    pub fn lobes(&self, scene: &Scene, material: u32, uv: Vec2) -> Bsdf<N> {
-        if material == NONE {
-            return Bsdf::Black;
-        }
+    pub fn finish(&self, scene: &Scene, material: u32, s: &Surface) -> Finish<N> {
         let slot = material as usize % SLOTS;
         if self.materials[slot].get() == material {
-            return self.lobes[slot].get();
+            return self.finishes[slot].get();
         }
-        let bsdf = shade(scene, material, uv, &self.lanes);
+        self.look_up(scene, material, s)
+    }
+
+    fn look_up(&self, scene: &Scene, material: u32, s: &Surface) -> Finish<N> {
+        let leaf = match scene.materials.get(material as usize) {
+            Some(Material::Mix { .. }) => resolve_mix(scene, material, s.uv, s.p),
+            _ => material,
+        };
+        let finish = Finish {
+            material: leaf,
+            directed: scene
+                .materials
+                .get(leaf as usize)
+                .is_some_and(Material::is_anisotropic),
+            bsdf: shade(scene, leaf, s.uv, &self.lanes),
+        };
         if scene
             .materials
             .get(material as usize)
-            .is_some_and(|m| m.is_uniform())
+            .is_some_and(Material::is_uniform)
         {
+            let slot = material as usize % SLOTS;
             self.materials[slot].set(material);
-            self.lobes[slot].set(bsdf);
+            self.finishes[slot].set(finish);
         }
-        bsdf
+        finish
     }
 
     /// What light `light` emits, before the part that depends on the direction; 0 where there is none.

@@ -23,12 +23,23 @@ impl<const N: usize> Pool<N> {
     /// Stores a vertex.
     #[inline]
     pub fn put(&mut self, v: Vertex<N>) -> u16 {
-        let i = self
-            .free
-            .pop()
-            .expect("a pool holds two paths of the greatest length");
+        let i = self.take();
         self.slots[i as usize] = v;
         i
+    }
+
+    /// Takes a slot, whatever it holds.
+    #[inline]
+    pub fn take(&mut self) -> u16 {
+        self.free
+            .pop()
+            .expect("a pool holds two paths of the greatest length")
+    }
+
+    /// The vertex in a slot, to be overwritten.
+    #[inline]
+    pub fn get_mut(&mut self, i: u16) -> &mut Vertex<N> {
+        &mut self.slots[i as usize]
     }
 
     /// Gives a slot back.

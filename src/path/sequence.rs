@@ -120,20 +120,35 @@ impl<const N: usize> Path<N> {
         from_light: &[(u16, Mode)],
         from_eye: &[(u16, Mode)],
     ) {
-        self.clear();
+        self.known = false;
         self.lanes = x.lanes;
         self.raster = x.raster;
-        self.links.extend_from_slice(&x.links[..ends.light]);
-        let new = from_light.iter().chain(from_eye.iter().rev());
-        self.links.extend(new.map(|v| Link::at(v.0, v.1)));
-        self.links
-            .extend_from_slice(&x.links[x.links.len() - ends.eye..]);
+        let first = ends.light + from_light.len();
+        let last = first + from_eye.len();
+        // What stands in the links between the ends is left over from another path: relinking overwrites all of it.
+        self.links.resize(last + ends.eye, Link::default());
+        self.links[..ends.light].copy_from_slice(&x.links[..ends.light]);
+        for (l, v) in self.links[ends.light..first].iter_mut().zip(from_light) {
+            (l.slot, l.mode) = *v;
+        }
+        let new = from_eye.iter().rev();
+        for (l, v) in self.links[first..last].iter_mut().zip(new) {
+            (l.slot, l.mode) = *v;
+        }
+        self.links[last..].copy_from_slice(&x.links[x.links.len() - ends.eye..]);
     }
 
     /// Recomputes edges between vertices `a` … `b` and the scattering at each of them.
     #[inline]
     pub fn relink<A: Accel>(&mut self, world: &World<A>, pool: &Pool<N>, a: usize, b: usize) {
-        self.relink_parts(world, pool, a..b, a..b + 1);
+        let mut x = pool.get(self.links[a].slot);
+        for i in a..b {
+            let next = pool.get(self.links[i + 1].slot);
+            self.links[i].span(x, next);
+            self.scatter(world, pool, i, x);
+            x = next;
+        }
+        self.scatter(world, pool, b, x);
     }
 
     /// Recomputes the edges i → i+1 for i in `edges` and the scattering at the vertices `inner`.
@@ -146,32 +161,17 @@ impl<const N: usize> Path<N> {
         inner: Range<usize>,
     ) {
         for i in edges {
-            self.edge(pool, i);
+            let (x, next) = (self.links[i].slot, self.links[i + 1].slot);
+            self.links[i].span(pool.get(x), pool.get(next));
         }
         for i in inner {
-            self.scatter(world, pool, i);
+            self.scatter(world, pool, i, pool.get(self.links[i].slot));
         }
     }
 
-    #[inline]
-    fn edge(&mut self, pool: &Pool<N>, i: usize) {
-        let (p, q) = (
-            pool.get(self.links[i].slot),
-            pool.get(self.links[i + 1].slot),
-        );
-        let (dir, inv_d2) = p.towards(q);
-        let link = &mut self.links[i];
-        link.dir = dir;
-        link.cos_near = p.signed_cos(dir);
-        link.cos_far = q.signed_cos(dir);
-        link.inv_d2 = inv_d2;
-        link.g = (link.cos_near as f64 * link.cos_far as f64).abs() * inv_d2;
-    }
-
-    #[inline]
-    fn scatter<A: Accel>(&mut self, world: &World<A>, pool: &Pool<N>, i: usize) {
+    #[inline(always)]
+    fn scatter<A: Accel>(&mut self, world: &World<A>, pool: &Pool<N>, i: usize, x: &Vertex<N>) {
         let k = self.k();
-        let x = pool.get(self.links[i].slot);
         if i == 0 {
             self.leave_light(world, x);
         } else if i == k {
@@ -211,6 +211,7 @@ impl<const N: usize> Path<N> {
         let pdf = world.emitters.pdf_direction(world.scene, x, link.dir);
         link.fs = world.emitters.radiance(world.scene, x, link.dir);
         link.pl = world.emitters.pdf_point(world.scene, x);
+        (link.prob_l, link.prob_e) = (1.0, 1.0);
         let to_far = link.to_far();
         // See `World::reach_lens`.
         let ends = world.lens.has_aperture() && x.kind != Kind::Infinite;
@@ -230,6 +231,7 @@ impl<const N: usize> Path<N> {
         let lens = &mut self.links[k];
         lens.fs = Spectrum::splat(world.lens.importance(cos) as f32);
         lens.pe = world.lens.pdf_vertex();
+        (lens.prob_l, lens.prob_e) = (1.0, 1.0);
     }
 
     /// Multiplies the spectra of all vertices. False if the path carries nothing in any lane.

@@ -7,12 +7,17 @@ use crate::scatter::Mode;
 /// p_d1: the probability weight of deleting a sub-path of `d` ≥ 1 edges (Veach 11.4.2).
 #[inline]
 pub fn deletion_length(d: usize) -> f64 {
-    match d {
-        1 => 0.25,
-        2 => 0.5,
-        _ => half_to(d),
-    }
+    DELETIONS[d.min(63)]
 }
+
+/// 0.25, 0.5, then 2^−d; 0 at 63 and at index 0.
+static DELETIONS: [f64; 64] = {
+    let mut t = halves();
+    t[0] = 0.0;
+    t[1] = 0.25;
+    t[2] = 0.5;
+    t
+};
 
 /// 2^−i for i < 63, 0 beyond: a sub-path as long as that is neither deleted nor inserted at once.
 #[inline]
@@ -20,7 +25,9 @@ pub fn half_to(i: usize) -> f64 {
     HALVES[i.min(63)]
 }
 
-static HALVES: [f64; 64] = {
+static HALVES: [f64; 64] = halves();
+
+const fn halves() -> [f64; 64] {
     let mut t = [1.0; 64];
     let mut i = 1;
     while i < 63 {
@@ -29,7 +36,7 @@ static HALVES: [f64; 64] = {
     }
     t[63] = 0.0;
     t
-};
+}
 
 /// 2^e.
 #[inline]
@@ -101,23 +108,23 @@ impl<const N: usize> Path<N> {
         let (rho, sum) = (&self.rho[..n], &mut self.sum[..n + 1]);
         let (area, deletion) = (&mut self.area[..n + 2], &mut self.deletion[..n + 1]);
         let (mut one, mut two) = (0.0, 0.0);
-        for s in 0..n {
-            sum[s] = one;
-            area[s] = two;
+        for ((r, s), a) in rho.iter().zip(&mut *sum).zip(&mut *area) {
+            *s = one;
+            *a = two;
             two += one;
-            one += rho[s];
+            one += r;
         }
         sum[n] = one;
         area[n] = two;
         two += one;
         area[n + 1] = two;
         let mut total = 0.0;
-        for d in 1..=n {
-            // Σ_a (sum[a+d] − sum[a]): all but the first d entries less all but the last d.
-            let parts = (two - area[d]) - area[n + 1 - d];
-            let w = deletion_length(d) * parts.max(0.0);
-            deletion[d] = w;
-            total += w;
+        // Σ_a (sum[a+d] − sum[a]): all but the first d entries less all but the last d.
+        let parts = area[1..=n].iter().zip(area[1..=n].iter().rev());
+        for (d, ((first, last), w)) in parts.zip(&mut deletion[1..]).enumerate() {
+            let all = (two - first) - last;
+            *w = deletion_length(d + 1) * all.max(0.0);
+            total += *w;
         }
         self.deletion_sum = total;
     }

@@ -1,9 +1,10 @@
 //! One more vertex: choose a direction, follow it.
 
 use super::{Kind, Palette, Tally, Vertex, World};
-use crate::accel::{Accel, Ray, closest, offset_origin};
+use crate::accel::{Accel, Ray, closest, offset_origin, surface};
 use crate::sampling::Rng;
 use crate::scatter::{Bsdf, Mode, Transport};
+use crate::scene::NONE;
 use glam::Vec3;
 
 /// Samples a direction and a mode at `x`; `from` points to the vertex the sub-path came from.
@@ -65,20 +66,34 @@ pub fn trace_ray<const N: usize, A: Accel>(
     palette: &Palette<N>,
     tally: &mut Tally,
 ) -> Option<Vertex<N>> {
+    let mut v = Vertex::bare(Kind::Infinite, w, Vec3::ZERO, NONE);
+    trace_into(world, (o, w), palette, tally, &mut v).then_some(v)
+}
+
+/// As [`trace_ray`], writing the vertex where it is to stay; false, and nothing written, if there is none.
+#[inline(never)]
+pub fn trace_into<const N: usize, A: Accel>(
+    world: &World<A>,
+    (o, w): (Vec3, Vec3),
+    palette: &Palette<N>,
+    tally: &mut Tally,
+    v: &mut Vertex<N>,
+) -> bool {
     tally.rays_closest += 1;
     let ray = Ray {
         o,
         d: w,
         t_max: f32::INFINITY,
     };
-    match closest(world.accel, &ray) {
-        Some(hit) => {
-            tally.hits_clamped += hit.clamped as u64;
-            Some(Vertex::on_surface(world.scene, &hit, &ray, palette))
-        }
-        None if world.emitters.has_sky() => {
-            Some(world.emitters.sky_vertex(world.scene, palette.lanes(), w))
-        }
-        None => None,
+    if let Some(hit) = closest(world.accel, &ray) {
+        tally.hits_clamped += hit.clamped as u64;
+        let s = surface(&world.scene.geometry, &hit, &ray);
+        v.become_surface(world.scene, hit.prim, &s, palette);
+        true
+    } else if world.emitters.has_sky() {
+        *v = world.emitters.sky_vertex(world.scene, palette.lanes(), w);
+        true
+    } else {
+        false
     }
 }

@@ -2,10 +2,11 @@
 
 use super::Emitters;
 use super::palette::{Palette, emission};
-use crate::accel::{Hit, Ray, Surface, dpdu, surface};
-use crate::scatter::{Bsdf, Frame, resolve_mix, shade};
+use crate::accel::surface::facets;
+use crate::accel::{Surface, dpdu};
+use crate::scatter::{Bsdf, Frame, shade};
 use crate::scene::spectrum::{Lanes, Spectrum};
-use crate::scene::{Material, NONE, Scene};
+use crate::scene::{NONE, Scene};
 use glam::{Vec2, Vec3};
 
 /// What kind of place a vertex is.
@@ -33,6 +34,8 @@ pub struct Vertex<const N: usize> {
     pub ng: Vec3,
     /// What the vertex is.
     pub kind: Kind,
+    /// 1 where there is no surface to be foreshortened (and `ng` is 0), else 0.
+    unforeshortened: f32,
     /// Light index, or [`NONE`].
     pub light: u32,
     /// Material index, or [`NONE`].
@@ -58,6 +61,7 @@ impl<const N: usize> Vertex<N> {
             error: 0.0,
             ng,
             kind,
+            unforeshortened: matches!(kind, Kind::Point | Kind::Infinite) as u8 as f32,
             light,
             material: NONE,
             uv: Vec2::ZERO,
@@ -68,41 +72,42 @@ impl<const N: usize> Vertex<N> {
         }
     }
 
-    /// The surface point that a ray hit.
-    #[inline(always)]
-    pub fn on_surface(scene: &Scene, hit: &Hit, ray: &Ray, palette: &Palette<N>) -> Self {
-        let s = surface(&scene.geometry, hit, ray);
-        Self::from_surface(scene, hit.prim, &s, palette)
+    /// A surface point, with its lobes and emission at the wavelengths of `palette`.
+    pub fn from_surface(scene: &Scene, prim: u32, s: &Surface, palette: &Palette<N>) -> Self {
+        let mut v = Self::bare(Kind::Surface, s.p, s.ng, NONE);
+        v.become_surface(scene, prim, s, palette);
+        v
     }
 
-    /// A surface point, with its lobes and emission at the wavelengths of `palette`.
+    /// Becomes what [`Self::from_surface`] would make. Field by field, so that nothing is built elsewhere and copied.
     #[inline(always)]
-    pub fn from_surface(scene: &Scene, prim: u32, s: &Surface, palette: &Palette<N>) -> Self {
-        let shape = &scene.geometry.shapes[scene.geometry.prim_shape[prim as usize] as usize];
-        let material = leaf_material(scene, shape.material, s);
-        let light = scene.geometry.prim_light[prim as usize];
-        let directed = scene
-            .materials
-            .get(material as usize)
-            .is_some_and(Material::is_anisotropic);
-        let tangent = if directed {
-            Frame::from_normal_tangent(s.ns, dpdu(&scene.geometry, prim, s)).x
+    pub fn become_surface(&mut self, scene: &Scene, prim: u32, s: &Surface, palette: &Palette<N>) {
+        let geometry = &scene.geometry;
+        let (shape, light) = match facets(geometry).get(prim as usize) {
+            Some(f) => (f.shape, f.light),
+            None => (
+                geometry.prim_shape[prim as usize],
+                geometry.prim_light[prim as usize],
+            ),
+        };
+        let material = geometry.shapes[shape as usize].material;
+        self.p = s.p;
+        self.error = s.error;
+        self.ng = s.ng;
+        self.kind = Kind::Surface;
+        self.unforeshortened = 0.0;
+        self.light = light;
+        self.uv = s.uv;
+        self.ns = s.ns;
+        self.emission = palette.emission(scene, light);
+        let finish = palette.finish(scene, material, s);
+        self.material = finish.material;
+        self.bsdf = finish.bsdf;
+        self.tangent = if finish.directed {
+            Frame::from_normal_tangent(s.ns, dpdu(geometry, prim, s)).x
         } else {
             Vec3::ZERO
         };
-        Self {
-            p: s.p,
-            error: s.error,
-            ng: s.ng,
-            kind: Kind::Surface,
-            light,
-            material,
-            uv: s.uv,
-            ns: s.ns,
-            tangent,
-            bsdf: palette.lobes(scene, material, s.uv),
-            emission: palette.emission(scene, light),
-        }
     }
 
     /// The same place at other wavelengths.
@@ -151,10 +156,7 @@ impl<const N: usize> Vertex<N> {
     /// Cosine between a unit direction and the geometric normal; 1 where there is no surface to be foreshortened.
     #[inline]
     pub fn signed_cos(&self, w: Vec3) -> f32 {
-        match self.kind {
-            Kind::Surface | Kind::Lens => self.ng.dot(w),
-            Kind::Point | Kind::Infinite => 1.0,
-        }
+        self.ng.dot(w) + self.unforeshortened
     }
 
     /// |cos| between a unit direction and the geometric normal; 1 where there is no surface to be foreshortened.
@@ -174,14 +176,5 @@ impl<const N: usize> Vertex<N> {
             y: self.ns.cross(self.tangent),
             z: self.ns,
         }
-    }
-}
-
-/// The material itself, or what a mixture is at this point.
-#[inline]
-fn leaf_material(scene: &Scene, material: u32, s: &Surface) -> u32 {
-    match scene.materials.get(material as usize) {
-        Some(Material::Mix { .. }) => resolve_mix(scene, material, s.uv, s.p),
-        _ => material,
     }
 }

@@ -1,6 +1,6 @@
 //! Random walks: the sub-paths of bidirectional sampling.
 
-use super::trace::trace_ray;
+use super::trace::trace_into;
 use super::{Kind, Palette, Pool, Tally, World, scatter, scatter_terms};
 use crate::accel::{Accel, offset_origin};
 use crate::sampling::Rng;
@@ -106,13 +106,14 @@ impl Walk {
             if self.len() >= max {
                 return;
             }
-            let Some(v) = trace_ray(world, o, dir, palette, tally) else {
-                return;
-            };
-            if v.kind != Kind::Surface && transport == Transport::FromLight {
+            let slot = pool.take();
+            let found = trace_into(world, (o, dir), palette, tally, pool.get_mut(slot));
+            let v = pool.get(slot);
+            if !found || (v.kind != Kind::Surface && transport == Transport::FromLight) {
+                pool.release(slot);
                 return;
             }
-            self.vertices.push((pool.put(v), Mode::NonSpecular));
+            self.vertices.push((slot, Mode::NonSpecular));
             self.survival.push(survival);
             if v.kind != Kind::Surface || (self.len() >= max && !may_end_on_lens) {
                 return;
@@ -126,16 +127,16 @@ impl Walk {
                 beta /= keep;
             }
             let from = -dir;
-            let Some((w, mode)) = scatter(&v, from, transport, rng) else {
+            let Some((w, mode)) = scatter(v, from, transport, rng) else {
                 return;
             };
             let step = match transport {
                 Transport::FromEye => {
-                    let t = scatter_terms(&v, mode, w, from);
+                    let t = scatter_terms(v, mode, w, from);
                     t.fs.max() as f64 * v.cos(w) / t.pdf_e
                 }
                 Transport::FromLight => {
-                    let t = scatter_terms(&v, mode, from, w);
+                    let t = scatter_terms(v, mode, from, w);
                     t.fs.max() as f64 * v.cos(w) / t.pdf_l
                 }
             };

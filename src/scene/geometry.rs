@@ -1,6 +1,7 @@
 //! World-space primitives, numbered 0.. : triangles first, then quadrics.
 
 use glam::{Mat3, Vec2, Vec3};
+use std::sync::OnceLock;
 
 /// "No such thing" in index fields.
 pub const NONE: u32 = u32::MAX;
@@ -66,9 +67,27 @@ pub struct Geometry {
     pub prim_light: Vec<u32>,
     /// Shapes.
     pub shapes: Vec<Shape>,
-    /// Unit normal of each triangle and how far an origin must stand off its plane; a backend fills it when built.
-    pub planes: std::sync::OnceLock<Vec<(Vec3, f32)>>,
+    /// What a hit on a triangle asks for, gathered; a backend fills it when built.
+    pub facets: OnceLock<Vec<Facet>>,
 }
+
+/// A triangle with everything that a hit on it asks for, in one cache line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C, align(64))]
+pub struct Facet {
+    /// Its corners.
+    pub corners: [Vec3; 3],
+    /// Unit geometric normal.
+    pub ng: Vec3,
+    /// How far an origin must stand off the plane, beside the error of its own coordinates.
+    pub stand_off: f32,
+    /// Index into [`Geometry::shapes`].
+    pub shape: u32,
+    /// Light, or [`NONE`].
+    pub light: u32,
+}
+
+const _: () = assert!(size_of::<Facet>() == 64);
 
 impl Geometry {
     /// Number of primitives.

@@ -10,7 +10,7 @@ pub mod spectrum;
 pub mod texture;
 
 pub use camera::Camera;
-pub use geometry::{Geometry, NONE, Quadric, Shape};
+pub use geometry::{Facet, Geometry, NONE, Quadric, Shape};
 pub use light::Light;
 pub use load::{LoadOptions, SceneError, load_scene};
 pub use material::Material;

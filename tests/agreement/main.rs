@@ -9,6 +9,7 @@ mod common;
 
 mod aperture;
 mod boxes;
+mod chains;
 mod lights;
 mod materials;
 mod variants;

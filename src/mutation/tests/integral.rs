@@ -1,7 +1,6 @@
 //! For a fixed x and regions A of path space, the mean of 1_A(y)·τ(y)/T(x→y) over proposals is ∫_A τ over what the
 //! strategy can reach: a density that is wrong anywhere, also by a factor that cancels in every ratio, shows.
 
-use super::propose;
 use super::scenes::{BOX, Cell, Contents, FAMILIES, GLASS, GLOSSY, Room, Seeds, copy, with_room};
 use super::stats::{Compared, ENOUGH, Moments, Verdict};
 use crate::integrator::{Paths, radiance};
@@ -97,7 +96,7 @@ pub(super) fn proposals<const N: usize>(
             weigh_deletions: true,
         };
         ws.begin(x);
-        let r = propose(strategy, x, ws, &mut ctx);
+        let r = strategy.propose(x, ws, &mut ctx);
         f(r, x, ws, &ctx);
         ws.reject();
     }

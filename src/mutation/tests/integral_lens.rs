@@ -2,24 +2,25 @@
 //! spectrum formed as a path tracer would, without links and densities.
 
 use super::integral::{Regions, compared, find, proposals};
-use super::scenes::{BOX, Contents, GLASS, GLOSSY, Room, image_cell, with_room};
+use super::scenes::{BOX, Contents, GLASS, GLOSSY, OPEN, Room, image_cell, with_room};
 use super::stats::Verdict;
-use super::suits;
 use crate::mutation::{LensPerturbation, Strategy, Workspace};
 use crate::path::{Emitters, Palette, Path, Pool, Tally, Vertex, deflect, scatter_terms, trace};
 use crate::sampling::Rng;
 use crate::scatter::{Mode, Transport};
 use crate::scene::spectrum::{Lanes, Spectrum};
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 use std::f64::consts::PI;
 
-/// τ of what is seen at `raster` through the specular chain of x and lit by x's kept part, formed as a path tracer does.
-fn through_chain<const N: usize>(
+/// τ of what is seen at `raster` through the specular chains of x and lit by x's kept part, formed as a path tracer does.
+/// `turn` says where to go on between chains, given where x went.
+pub(super) fn through_chains<const N: usize>(
     world: &Room,
     x: &Path<N>,
     pool: &Pool<N>,
     first: usize,
     raster: Vec2,
+    mut turn: impl FnMut(Vec3) -> Vec3,
     tally: &mut Tally,
 ) -> Option<f64> {
     let palette = Palette::new(x.lanes);
@@ -35,7 +36,11 @@ fn through_chain<const N: usize>(
         dispersive |= next.bsdf.is_dispersive();
         let back = -w;
         if i > first {
-            w = deflect(&next, back, x.links[i].mode, Transport::FromEye)?;
+            w = if x.links[i].mode == Mode::NonSpecular {
+                turn(-x.links[i - 1].dir)
+            } else {
+                deflect(&next, back, x.links[i].mode, Transport::FromEye)?
+            };
             let t = scatter_terms(&next, x.links[i].mode, w, back);
             f *= t.fs * next.cos(w) as f32;
         } else if first == 0 {
@@ -66,17 +71,27 @@ fn through_chain<const N: usize>(
     Some(f.dot(x.lanes.target) as f64).filter(|_| first > 0 || Emitters::can_be_hit(&cur))
 }
 
-/// The lens perturbation over the ring of raster points that it reaches.
-fn lens<const N: usize>(contents: Contents, aperture: f32, specular: usize, least: f64) {
+/// The lens perturbation over the ring of raster points that it reaches, from a path whose first replaced vertex `from`
+/// likes.
+fn lens<const N: usize>(
+    contents: Contents,
+    aperture: f32,
+    specular: usize,
+    from: fn(usize) -> bool,
+    least: f64,
+) {
     with_room(contents, aperture, 6, |world| {
         let mut ws = Workspace::<N>::new(world.max_edges);
         let mut x = find(world, &mut ws, |x, pool| {
             let Some(first) = LensPerturbation::suits(x, pool) else {
                 return false;
             };
-            let inner = x.k() - 1 - first;
+            // L is an end like D, only that it is not scattered at.
+            let inner = x.k() - first - 1;
             let middle = 0.5 * (world.lens.lo + world.lens.hi);
-            inner == specular && first >= 2 && (x.raster - middle).abs().max_element() < 8.0
+            // The sky stands above the back wall, near the border.
+            let near = if first == 0 { 10.5 } else { 8.0 };
+            inner == specular && from(first) && (x.raster - middle).abs().max_element() < near
         });
         let first = LensPerturbation::suits(&x, &ws.pool).expect("found");
         let r2 = world.lens.perturbation as f64;
@@ -102,7 +117,8 @@ fn lens<const N: usize>(contents: Contents, aperture: f32, specular: usize, leas
             },
         );
         let mut tally = Tally::default();
-        let here = through_chain(world, &x, &ws.pool, first, at, &mut tally).expect("x itself");
+        let here =
+            through_chains(world, &x, &ws.pool, first, at, |w| w, &mut tally).expect("x itself");
         let mut rng = Rng::new(0x9e, 101, 0, 0);
         let (inner, outer) = ((r2 * (-spread).exp()).powi(2), r2 * r2);
         for i in 0..600_000 {
@@ -110,7 +126,8 @@ fn lens<const N: usize>(contents: Contents, aperture: f32, specular: usize, leas
             let r = (inner + (outer - inner) * rng.next_f64()).sqrt() as f32;
             let raster = at + Vec2::from_angle(2.0 * PI as f32 * rng.next_f32()) * r;
             if world.lens.contains(raster)
-                && let Some(t) = through_chain(world, &x, &ws.pool, first, raster, &mut tally)
+                && let Some(t) =
+                    through_chains(world, &x, &ws.pool, first, raster, |w| w, &mut tally)
                 && t > 0.0
             {
                 let v = t / here * PI * (outer - inner);
@@ -130,15 +147,22 @@ fn lens<const N: usize>(contents: Contents, aperture: f32, specular: usize, leas
 
 #[test]
 fn lens_perturbations_integrate_what_is_seen_around() {
-    lens::<4>(BOX, 0.0, 0, 0.03);
-    lens::<4>(GLOSSY, 0.03, 0, 0.03);
+    lens::<4>(BOX, 0.0, 0, |first| first >= 2, 0.03);
+    lens::<4>(GLOSSY, 0.03, 0, |first| first >= 2, 0.03);
 }
 
 #[test]
 fn lens_perturbations_integrate_what_is_seen_through_specular_chains() {
-    lens::<4>(GLASS, 0.0, 1, 0.03);
-    lens::<4>(GLASS, 0.0, 2, 0.03);
-    lens::<1>(GLASS, 0.02, 2, 0.03);
+    lens::<4>(GLASS, 0.0, 1, |first| first >= 2, 0.03);
+    lens::<4>(GLASS, 0.0, 2, |first| first >= 2, 0.03);
+    lens::<1>(GLASS, 0.02, 2, |first| first >= 2, 0.03);
+}
+
+/// LS*E: a lamp seen in the mirror, and the sky.
+#[test]
+fn lens_perturbations_integrate_chains_that_end_on_an_emitter() {
+    lens::<4>(GLASS, 0.02, 1, |first| first == 0, 0.05);
+    lens::<4>(OPEN, 0.0, 0, |first| first == 0, 0.03);
 }
 
 #[test]
@@ -146,7 +170,7 @@ fn wavelength_mutations_integrate_the_spectrum() {
     with_room(GLOSSY, 0.0, 6, |world| {
         let mut ws = Workspace::<1>::new(world.max_edges);
         let mut x = find(world, &mut ws, |x, pool| {
-            x.k() == 4 && suits(Strategy::Wavelength, x, pool)
+            x.k() == 4 && Strategy::Wavelength.suits(world.dispersive, x, pool)
         });
         let (mut sums, mut expected, mut now) =
             (Regions::default(), Regions::default(), Vec::new());

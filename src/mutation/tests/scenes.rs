@@ -17,12 +17,15 @@ pub(super) struct Contents {
     inside: &'static str,
     /// Without it the sky looks in.
     ceiling: bool,
+    /// Paths with two specular chains are common.
+    pub(super) chains: bool,
 }
 
 /// Diffuse vertices only.
 pub(super) const BOX: Contents = Contents {
     inside: "",
     ceiling: true,
+    chains: false,
 };
 
 /// A glass ball, dispersive, and a mirror: (L|D)DS*E and its like.
@@ -38,6 +41,7 @@ Shape "trianglemesh" "point3 P" [ 0.6 0.1 0.9  0.95 0.1 0.6  0.95 0.7 0.6  0.6 0
   "integer indices" [ 0 1 2 0 2 3 ]
 "#,
     ceiling: true,
+    chains: false,
 };
 
 /// Rough metal and coated surfaces with and without a delta lobe.
@@ -56,6 +60,7 @@ Shape "trianglemesh" "point3 P" [ 0.05 0.02 0.05  0.05 0.02 0.95  0.95 0.02 0.95
   "integer indices" [ 0 1 2 0 2 3 ]
 "#,
     ceiling: true,
+    chains: false,
 };
 
 /// A sky, a sun and a bulb; a rough glass ball, a pane, and a wall whose shading normals lean.
@@ -78,6 +83,36 @@ Shape "trianglemesh" "point3 P" [ 0.6 0.1 0.9  0.95 0.1 0.7  0.95 0.7 0.7  0.6 0
   "integer indices" [ 0 1 2 0 2 3 ]
 "#,
     ceiling: false,
+    chains: false,
+};
+
+/// A plate of glass between lamp and floor: LSSDE, and LSSDSSE where the plate is seen through.
+pub(super) const PLATE: Contents = Contents {
+    inside: r#"
+Material "dielectric" "float eta" 1.5
+Shape "trianglemesh"
+  "point3 P" [ 0.1 0.5 0.25  0.9 0.5 0.25  0.9 0.5 0.95  0.1 0.5 0.95
+               0.1 0.56 0.25  0.9 0.56 0.25  0.9 0.56 0.95  0.1 0.56 0.95 ]
+  "integer indices" [ 0 1 2 0 2 3  4 6 5 4 7 6  0 5 1 0 4 5  1 6 2 1 5 6  2 7 3 2 6 7  3 4 0 3 7 4 ]
+"#,
+    ceiling: true,
+    chains: false,
+};
+
+/// Water over the floor, seen from above, under a large lamp: LSDSE.
+pub(super) const POOL: Contents = Contents {
+    inside: r#"
+AttributeBegin
+AreaLightSource "diffuse" "rgb L" [ 3 2.5 2 ]
+Shape "trianglemesh" "point3 P" [ 0.1 0.9 0.1  0.9 0.9 0.1  0.9 0.9 0.9  0.1 0.9 0.9 ]
+  "integer indices" [ 0 1 2 0 2 3 ]
+AttributeEnd
+Material "dielectric" "float eta" 1.33
+Shape "trianglemesh" "point3 P" [ -0.01 0.3 -0.01  -0.01 0.3 1.01  1.01 0.3 1.01  1.01 0.3 -0.01 ]
+  "integer indices" [ 0 1 2 0 2 3 ]
+"#,
+    ceiling: true,
+    chains: true,
 };
 
 /// A unit box whose walls are coloured, with a lamp under its ceiling.

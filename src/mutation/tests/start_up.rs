@@ -3,7 +3,7 @@
 
 use super::scenes::{Cell, FAMILIES, GLASS, Room, Seeds, image_cell, with_room};
 use super::stats::{Compared, ENOUGH, Moments, Verdict};
-use crate::chain::{Chain, Direct, MltOptions, Setting};
+use crate::chain::{Chain, Direct, MltOptions, Setting, Shares};
 use crate::path::{Heuristic, Sampler, Tally};
 use crate::sampling::Rng;
 use crate::scene::spectrum::Lanes;
@@ -51,6 +51,7 @@ fn reference(world: &Room) -> Sums {
 fn runs(world: &Room, weighted: bool) -> Sums {
     let options = MltOptions {
         direct: Direct::InChain,
+        shares: Shares([0.4, 0.2, 0.15, 0.15, 0.1]),
         ..MltOptions::default()
     };
     let set = Setting {

@@ -1,0 +1,56 @@
+//! Values of options: numbers, sizes, times. Each error says what was expected.
+
+use std::time::Duration;
+
+/// A number > 0.
+pub fn positive(s: &str) -> Result<f64, String> {
+    s.parse::<f64>()
+        .ok()
+        .filter(|v| v.is_finite() && *v > 0.0)
+        .ok_or_else(|| "expected a number > 0".into())
+}
+
+/// K numbers between separators.
+fn numbers<const K: usize>(s: &str, sep: char, what: &str) -> Result<[u32; K], String> {
+    let v: Vec<u32> = s
+        .split(sep)
+        .map(|p| p.trim().parse::<u32>())
+        .collect::<Result<_, _>>()
+        .map_err(|_| what)?;
+    v.try_into().map_err(|_| what.to_owned())
+}
+
+/// `WIDTHxHEIGHT` in pixels.
+pub fn size(s: &str) -> Result<[u32; 2], String> {
+    let v = numbers::<2>(s, 'x', "expected WIDTHxHEIGHT, such as 640x360")?;
+    if v.iter().all(|n| (1..=65536).contains(n)) {
+        Ok(v)
+    } else {
+        Err("expected 1 to 65536 pixels each way".into())
+    }
+}
+
+/// `x0,y0,x1,y1` in pixels.
+pub fn region(s: &str) -> Result<[u32; 4], String> {
+    numbers::<4>(s, ',', "expected x0,y0,x1,y1 in pixels")
+}
+
+/// A time with its unit; seconds if it has none.
+pub fn duration(s: &str) -> Result<Duration, String> {
+    let wrong = || "expected a time such as 30s, 10m, 1.5h".to_owned();
+    let at = s.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(s.len());
+    let n: f64 = s[..at].trim().parse().map_err(|_| wrong())?;
+    let unit = match &s[at..] {
+        "" | "s" => 1.0,
+        "ms" => 1e-3,
+        "m" | "min" => 60.0,
+        "h" => 3600.0,
+        _ => return Err(wrong()),
+    };
+    let t = n * unit;
+    if t.is_finite() && t > 0.0 {
+        Ok(Duration::from_secs_f64(t))
+    } else {
+        Err(wrong())
+    }
+}

@@ -1,0 +1,103 @@
+//! Each perturbation alone beside 10 % bidirectional mutations, on scenes of specular chains: a plate of glass under a
+//! lamp, and water over a floor.
+
+use super::common::estimate::{self, Grid};
+use super::common::scene::{embree, of_text};
+use super::common::stats::agree;
+use super::{Effort, Judged, Limits, QUICK, REPEATS, Work, pairs, runs};
+use metrolux::chain::{Direct::Separate, Shares};
+use metrolux::mutation::Strategy;
+use metrolux::path::World;
+
+const CAMERA: &str =
+    "LookAt 0.3 -2.2 2.1  0 0.1 0.3  0 0 1\nCamera \"perspective\" \"float fov\" 36";
+
+/// A floor, and a lamp of two metres.
+const ROOM: &str = r#"
+Material "diffuse" "rgb reflectance" [ 0.7 0.6 0.4 ]
+Shape "trianglemesh" "point3 P" [ -2 -2 0  2 -2 0  2 2 0  -2 2 0 ] "integer indices" [ 0 1 2 0 2 3 ]
+AttributeBegin
+AreaLightSource "diffuse" "rgb L" [ 5 4 3 ]
+Shape "trianglemesh" "point3 P" [ -1 -1 2.4  -1 1 2.4  1 1 2.4  1 -1 2.4 ] "integer indices" [ 0 1 2 0 2 3 ]
+AttributeEnd
+Material "dielectric" "float eta" 1.5
+"#;
+
+/// A plate of glass seen from above: LSSDE beside it, LSSDSSE through it.
+const PLATE: &str = r#"Shape "trianglemesh"
+    "point3 P" [ -0.5 -0.5 0.5  0.5 -0.5 0.5  0.5 0.5 0.5  -0.5 0.5 0.5
+                 -0.5 -0.5 0.6  0.5 -0.5 0.6  0.5 0.5 0.6  -0.5 0.5 0.6 ]
+    "integer indices" [ 0 2 1 0 3 2  4 5 6 4 6 7  0 1 5 0 5 4  1 2 6 1 6 5  2 3 7 2 7 6  3 0 4 3 4 7 ]"#;
+
+/// The surface of a pool: LSDSE.
+const POOL: &str = r#"Shape "trianglemesh"
+    "point3 P" [ -2.1 -2.1 0.4  2.1 -2.1 0.4  2.1 2.1 0.4  -2.1 2.1 0.4 ]
+    "integer indices" [ 0 1 2 0 2 3 ]"#;
+
+fn of(what: &str, glass: &str, depth: u32, strategies: &[Strategy], effort: Effort) {
+    let scene = of_text(16, CAMERA, &format!("{ROOM}{glass}"));
+    let accel = embree(&scene);
+    let world = World::new(&scene, &accel, depth);
+    let Effort { work, limits } = effort;
+    let mut all = runs::<4, _>(&world, work, limits, &[]);
+    let grid = Grid::new(&world, 8);
+    for strategy in strategies {
+        let mut chains = work.chains(Separate);
+        chains.options.shares = Shares::only(*strategy, 0.1);
+        all.push(Judged {
+            name: strategy.name().into(),
+            run: estimate::mlt::<4, _>(&world, grid, chains, 23, REPEATS),
+            limit: limits.mlt,
+            indirect: limits.indirect,
+        });
+    }
+    agree(what, &pairs(&all, limits));
+}
+
+/// A tenth of the steps has to find every other kind of path, so lengths are told apart less sharply than elsewhere.
+const ALONE: Effort = Effort {
+    work: QUICK.work,
+    limits: Limits {
+        pt: 0.12,
+        mlt: 0.2,
+        tile: 0.3,
+        ..QUICK.limits
+    },
+};
+
+/// LSSDE: lens and caustic perturbation.
+#[test]
+fn plate() {
+    let strategies = [Strategy::Lens, Strategy::Caustic];
+    of("plate of glass", PLATE, 3, &strategies, ALONE);
+}
+
+/// LSDSE, which no other perturbation suits.
+#[test]
+fn pool() {
+    of("pool", POOL, 3, &[Strategy::MultiChain], ALONE);
+}
+
+/// Longer paths, in which a strategy that suits some waits for the bidirectional mutation to leave the others.
+#[test]
+#[ignore = "minutes; make test-long"]
+fn long() {
+    let effort = Effort {
+        work: Work {
+            pt: 2048,
+            bdpt: 512,
+            seeds: 65_536,
+            steps: 240_000,
+        },
+        limits: Limits {
+            pt: 0.05,
+            mlt: 0.15,
+            indirect: 0.1,
+            tile: 0.15,
+            ..QUICK.limits
+        },
+    };
+    let strategies = [Strategy::Lens, Strategy::Caustic, Strategy::MultiChain];
+    of("plate of glass", PLATE, 5, &strategies, effort);
+    of("pool", POOL, 5, &strategies, effort);
+}
