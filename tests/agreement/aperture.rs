@@ -66,7 +66,7 @@ fn together(effort: Effort) {
     let world = World::new(&scene, &accel, 3);
     // In the chain, the lamp's own image takes most of the steps.
     let work = Work {
-        steps: effort.work.steps * 3 / 2,
+        steps: effort.work.steps * 5 / 2,
         ..effort.work
     };
     let found = runs::<4, _>(&world, work, effort.limits, &[Separate, InChain]);
