@@ -3,7 +3,7 @@
 mod common;
 
 use common::scene::{embree, of_file};
-use metrolux::accel::{Embree, Obvhs};
+use metrolux::accel::{Accel, Checked, Obvhs};
 use metrolux::chain::{Direct, MltOptions};
 use metrolux::integrator::{Bdpt, Budget, Quiet, bdpt, mlt, pt};
 use metrolux::path::{Heuristic, Tally, World};
@@ -46,19 +46,19 @@ fn options(direct: Direct) -> MltOptions {
     }
 }
 
-fn run(world: &World<Embree>, kind: Kind, budget: Budget, seed: u64) -> Bits {
+fn run<A: Accel>(world: &World<A>, kind: Kind, budget: Budget, seed: u64) -> Bits {
     let tally = &mut Tally::default();
     bits(match kind {
-        Kind::Pt => pt::<4, _>(world, budget, seed, &Quiet, tally),
+        Kind::Pt => pt::<4, A>(world, budget, seed, &Quiet, tally),
         Kind::Bdpt => {
             let what = Bdpt {
                 heuristic: Heuristic::Power,
                 indirect_only: false,
             };
-            bdpt::<4, _>(world, what, budget, seed, &Quiet, tally)
+            bdpt::<4, A>(world, what, budget, seed, &Quiet, tally)
         }
         Kind::Mlt(direct) => {
-            let r = mlt::<4, _>(world, &options(direct), budget, seed, &Quiet, tally);
+            let r = mlt::<4, A>(world, &options(direct), budget, seed, &Quiet, tally);
             (r.image, r.rounds)
         }
     })
@@ -131,36 +131,51 @@ fn seeds_differ() {
     }
 }
 
-/// Hits are canonical, so the other backend gives the same bits wherever it names the same triangles.
+/// Hits are canonical, so the other backend gives the same bits wherever it names the same triangles. On a border of
+/// the scene's surfaces one of them may see what the other misses by a rounding: at most one ray in 10⁵, and then the
+/// images may differ.
 #[test]
 fn backends_give_the_same_bits() {
+    let mut same = 0;
     for (file, depth) in [
         ("cornell/cornell.pbrt", 8),
         ("cornell-glass/cornell-glass.pbrt", 8),
         ("ajar/ajar.pbrt", 6),
     ] {
         let scene = of_file(file, 16, 16);
-        let (e, o) = (embree(&scene), Obvhs::new(&scene.geometry));
-        let (we, wo) = (World::new(&scene, &e, depth), World::new(&scene, &o, depth));
-        let tally = &mut Tally::default();
-        let spp = Budget::Rounds(16);
-        let what = Bdpt {
-            heuristic: Heuristic::Balance,
-            indirect_only: false,
-        };
-        let a = bits(pt::<4, _>(&we, spp, 1, &Quiet, tally));
-        let b = bits(pt::<4, _>(&wo, spp, 1, &Quiet, tally));
-        assert!(a == b, "{file}: pt, {} pixels differ", differing(&a, &b));
-        let a = bits(bdpt::<4, _>(&we, what, spp, 1, &Quiet, tally));
-        let b = bits(bdpt::<4, _>(&wo, what, spp, 1, &Quiet, tally));
-        assert!(a == b, "{file}: bdpt, {} pixels differ", differing(&a, &b));
-        let options = options(Direct::Separate);
-        let rounds = Budget::Rounds(60);
-        let a = mlt::<4, _>(&we, &options, rounds, 1, &Quiet, tally);
-        let b = mlt::<4, _>(&wo, &options, rounds, 1, &Quiet, tally);
-        let (a, b) = (bits((a.image, a.rounds)), bits((b.image, b.rounds)));
-        assert!(a == b, "{file}: mlt, {} pixels differ", differing(&a, &b));
+        let obvhs = Obvhs::new(&scene.geometry);
+        for kind in KINDS {
+            let both = Checked::new(embree(&scene), &obvhs);
+            let a = run(
+                &World::new(&scene, &both, depth),
+                kind,
+                Budget::Rounds(16),
+                1,
+            );
+            let b = run(
+                &World::new(&scene, &obvhs, depth),
+                kind,
+                Budget::Rounds(16),
+                1,
+            );
+            let d = both.disagreement();
+            let others = d.ties + d.nearest + d.occluded;
+            // Three more, so that a rate of 10⁻⁵ passes in small renders too.
+            assert!(others <= 3 + d.rays / 100_000, "{file}, {kind:?}: {d:?}");
+            if others == 0 {
+                assert!(
+                    a == b,
+                    "{file}, {kind:?}: {} pixels differ",
+                    differing(&a, &b)
+                );
+                same += 1;
+            }
+        }
     }
+    assert!(
+        same >= 8,
+        "only {same} renders of 12 asked rays that both answer alike"
+    );
 }
 
 fn differing(a: &Bits, b: &Bits) -> usize {
