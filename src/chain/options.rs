@@ -31,7 +31,7 @@ impl Shares {
     /// without them pay nothing for either.
     pub fn for_scene(scene: &Scene) -> Self {
         if scene.materials.iter().any(may_be_specular) {
-            Self([0.4, 0.25, 0.15, 0.15, 0.05])
+            Self([0.35, 0.4, 0.1, 0.1, 0.05])
         } else {
             Self::default()
         }
