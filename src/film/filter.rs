@@ -80,6 +80,16 @@ impl Filter {
         (Vec2::new(dx, dy), wx * wy)
     }
 
+    /// The rows of pixels whose filter may not be 0 at height `y` of the raster.
+    #[inline]
+    pub fn rows(&self, y: f32) -> std::ops::Range<i64> {
+        if self.unit_box {
+            let y = y.floor() as i64;
+            return y..y + 1;
+        }
+        self.axes[1].touched(y)
+    }
+
     /// Calls `f(x, y, h)` for every image pixel whose filter is not 0 at the raster point.
     #[inline]
     pub fn for_pixels(&self, raster: Vec2, mut f: impl FnMut(i64, i64, f32)) {
