@@ -80,18 +80,15 @@ impl SplatBuffer {
             pixels,
             ..
         } = self;
-        let mut add = |x, y, h: f64| {
-            if let Some(i) = crop.index(x, y) {
-                for (sum, v) in pixels[i].0.iter_mut().zip(v) {
+        filter.for_rows(raster, |y, first, hx, hy| {
+            let (skip, i, n) = crop.stretch(first, hx.len(), y);
+            for (pixel, h) in pixels[i..i + n].iter_mut().zip(&hx[skip..]) {
+                let h = (hy * h) as f64;
+                for (sum, v) in pixel.0.iter_mut().zip(v) {
                     *sum += round(v * h);
                 }
             }
-        };
-        if filter.is_unit_box() {
-            add(raster.x.floor() as i64, raster.y.floor() as i64, 1.0);
-        } else {
-            filter.for_pixels(raster, |x, y, h| add(x, y, h as f64));
-        }
+        });
     }
 
     /// Reads a word of each row of pixels that a splat at `raster` will add to. Asked of several splats before the first is
