@@ -22,7 +22,7 @@ fn cornell() {
             pt: 256,
             bdpt: 64,
             seeds: 32_768,
-            steps: 100_000,
+            steps: 130_000,
         },
         limits: Limits {
             least: 0.05,
