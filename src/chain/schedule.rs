@@ -7,7 +7,7 @@ use super::markov::{Chain, Setting};
 use super::sink::{Buffers, FilmSink, Films};
 use super::{Batch, ChainStats, MltOptions, replay, seed_group, stage};
 use crate::accel::Accel;
-use crate::film::{Crop, Filter, Reserve};
+use crate::film::{Crop, Filter, GroupFilm, Reserve};
 use crate::path::{Sampler, Tally, World};
 use crate::sampling::Rng;
 use crate::scene::spectrum::Target;
@@ -20,14 +20,22 @@ pub struct Generation<const N: usize> {
     pub index: u32,
     /// Seeding of each group.
     pub batches: Vec<Batch>,
-    /// Chains with the brightness of their group; groups without light have none.
-    chains: Vec<(Chain<N>, f64)>,
+    /// Chains, group by group; groups without light have none.
+    chains: Vec<Member<N>>,
     /// Rounds made.
     pub rounds: u64,
 }
 
-/// A group's seeding: its batch, its chains with their brightness, rays and faults.
-type Seeded<const N: usize> = (Batch, Vec<(Chain<N>, f64)>, Tally);
+/// A chain of a group.
+struct Member<const N: usize> {
+    chain: Chain<N>,
+    group: u32,
+    /// Brightness of the group in this generation.
+    b: f64,
+}
+
+/// A group's seeding: its batch, its chains, rays and faults.
+type Seeded<const N: usize> = (Batch, Vec<Member<N>>, Tally);
 
 /// A run of Metropolis light transport that can go on for any number of rounds.
 pub struct Mlt<'a, A: Accel, const N: usize> {
@@ -37,6 +45,7 @@ pub struct Mlt<'a, A: Accel, const N: usize> {
     crop: Crop,
     filter: Filter,
     film: Mutex<Films>,
+    groups: GroupFilm,
     idle: Reserve<Buffers>,
     generation: Option<Generation<N>>,
     /// b_g of every group and generation so far.
@@ -67,6 +76,7 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
             crop,
             filter: Filter::new(&world.scene.settings.filter),
             film: Mutex::new(Films::new(crop, &options)),
+            groups: GroupFilm::new(crop, options.groups as usize),
             idle: Reserve::new(),
             generation: None,
             b: Vec::new(),
@@ -93,26 +103,33 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
                 world: self.world,
                 options: &self.options,
             };
-            let (film, idle, unit) = (&self.film, &self.idle, self.unit);
+            let (film, groups, idle, unit) = (&self.film, &self.groups, &self.idle, self.unit);
             let (crop, filter) = (self.crop, &self.filter);
-            g.chains.par_iter_mut().for_each(|(chain, b)| {
-                let buffers = idle.take(|| Buffers::new(crop, filter, set.options.bins));
-                let mut sink = FilmSink::new(buffers, (*b / unit) as f32);
-                for _ in 0..now {
-                    for _ in 0..set.options.round {
-                        chain.step(&set, &mut sink);
+            g.chains
+                .par_iter_mut()
+                .for_each(|Member { chain, group, b }| {
+                    let mut buffers = idle.take_fitting(
+                        |idle| idle.serve(*group),
+                        || Buffers::new(crop, filter, set.options.bins),
+                    );
+                    buffers.turn_to(*group, groups);
+                    let mut sink = FilmSink::new(buffers, (*b / unit) as f32);
+                    for _ in 0..now {
+                        for _ in 0..set.options.round {
+                            chain.step(&set, &mut sink);
+                        }
+                        chain.flush(&mut sink);
+                        if sink.buffers().is_full() {
+                            sink.buffers().settle(groups);
+                            film.lock()
+                                .expect("no thread panicked")
+                                .absorb(sink.buffers());
+                        }
                     }
-                    chain.flush(&mut sink);
-                    if sink.buffers().is_full() {
-                        film.lock()
-                            .expect("no thread panicked")
-                            .absorb(sink.buffers());
-                    }
-                }
-                let (buffers, faults) = sink.finish();
-                chain.stats.tally += faults;
-                idle.put(buffers);
-            });
+                    let (buffers, faults) = sink.finish();
+                    chain.stats.tally += faults;
+                    idle.put(buffers);
+                });
             g.rounds += now;
             self.rounds += now;
             rounds -= now;
@@ -122,7 +139,7 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
     fn begin_generation(&mut self) {
         let index = self.b.len() as u32;
         if let Some(g) = self.generation.take() {
-            g.chains.iter().for_each(|(c, _)| self.stats += c.stats);
+            g.chains.iter().for_each(|m| self.stats += m.chain.stats);
         }
         let (world, options, seed) = (self.world, &self.options, self.seed);
         let seeded: Vec<Seeded<N>> = (0..options.groups)
@@ -154,7 +171,8 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
                             Chain::new(world.max_edges, Rng::new(seed, stage::CHAIN, group, id));
                         let (path, pool) = sampler.joined();
                         chain.start(path, pool);
-                        Some((chain, batch.b))
+                        let b = batch.b;
+                        Some(Member { chain, group, b })
                     })
                     .collect();
                 (batch, chains, tally)
@@ -213,6 +231,18 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
         film.as_ref().map(|f| f.to_values(scale))
     }
 
+    /// Variance of each pixel's luminance, from the spread of the groups; the error of b is in it.
+    pub fn variance(&mut self) -> Vec<f64> {
+        self.gathered();
+        let scale = self.scale() * self.options.groups as f64;
+        self.groups.variance(scale)
+    }
+
+    /// Degrees of freedom of [`Self::variance`].
+    pub fn freedom(&self) -> u64 {
+        self.options.groups.saturating_sub(1) as u64
+    }
+
     /// What a unit of the film is worth.
     fn scale(&self) -> f64 {
         if self.rounds == 0 {
@@ -226,6 +256,7 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
     fn gathered(&mut self) -> &Films {
         let film = self.film.get_mut().expect("no thread panicked");
         for mut buffers in self.idle.drain() {
+            buffers.settle(&self.groups);
             film.absorb(&mut buffers);
             self.idle.put(buffers);
         }
@@ -236,7 +267,7 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
     pub fn stats(&self) -> ChainStats {
         let mut s = self.stats;
         if let Some(g) = &self.generation {
-            g.chains.iter().for_each(|(c, _)| s += c.stats);
+            g.chains.iter().for_each(|m| s += m.chain.stats);
         }
         s
     }

@@ -1,7 +1,7 @@
 //! Where a chain's contributions go: colours always, spectral bins when the run asks for them.
 
 use super::MltOptions;
-use crate::film::{Bins, Crop, Film, Filter, SpectralBuffer, SpectralFilm, SplatBuffer};
+use crate::film::{Bins, Crop, Film, Filter, GroupFilm, SpectralBuffer, SpectralFilm, SplatBuffer};
 use crate::path::{Path, Tally};
 use glam::Vec2;
 
@@ -71,14 +71,35 @@ impl Films {
 pub(super) struct Buffers {
     colors: SplatBuffer,
     spectra: Option<SpectralBuffer>,
+    /// The group whose chains fill them now.
+    group: u32,
 }
 
 impl Buffers {
     pub(super) fn new(crop: Crop, filter: &Filter, bins: Option<Bins>) -> Self {
         Self {
+            group: 0,
             colors: SplatBuffer::new(crop, filter.clone()),
             spectra: bins.map(|b| SpectralBuffer::new(crop, b, filter.clone())),
         }
+    }
+
+    /// Whether a chain of this group can go on filling them as they are.
+    pub(super) fn serve(&self, group: u32) -> bool {
+        self.group == group
+    }
+
+    /// From now on they are filled by a chain of `group`.
+    pub(super) fn turn_to(&mut self, group: u32, groups: &GroupFilm) {
+        if self.group != group {
+            self.settle(groups);
+            self.group = group;
+        }
+    }
+
+    /// Tells the group what it has added; before the buffers are absorbed.
+    pub(super) fn settle(&mut self, groups: &GroupFilm) {
+        groups.settle(self.group as usize, &mut self.colors);
     }
 
     /// Absorb the buffers before the next round.

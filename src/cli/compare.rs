@@ -158,7 +158,7 @@ fn print(c: &Comparison, out: &mut dyn Write) -> std::io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::output::{Metadata, write_exr};
+    use crate::output::{Layers, Metadata, write_exr};
     use clap::Parser;
 
     #[derive(Parser)]
@@ -192,8 +192,20 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let path = |n: &str| dir.path().join(n).to_str().unwrap().to_owned();
         let (a, b, d) = (path("a.exr"), path("b.exr"), path("d.png"));
-        write_exr(a.as_ref(), &ramp(8, 4, 1.1), &Metadata::default(), None).unwrap();
-        write_exr(b.as_ref(), &ramp(8, 4, 1.0), &Metadata::default(), None).unwrap();
+        write_exr(
+            a.as_ref(),
+            &ramp(8, 4, 1.1),
+            &Metadata::default(),
+            Layers::default(),
+        )
+        .unwrap();
+        write_exr(
+            b.as_ref(),
+            &ramp(8, 4, 1.0),
+            &Metadata::default(),
+            Layers::default(),
+        )
+        .unwrap();
         let (code, text) = call(&[&a, &b, "--json", "--diff", &d, "--max-relmse", "0.02"]);
         assert_eq!(code, 0);
         let json: serde_json::Value = serde_json::from_str(&text).unwrap();
@@ -213,9 +225,9 @@ mod tests {
         let path = |n: &str| dir.path().join(n).to_str().unwrap().to_owned();
         let (a, b, c) = (path("a.exr"), path("b.exr"), path("c.exr"));
         let big = ramp(12, 6, 1.0);
-        write_exr(b.as_ref(), &big, &Metadata::default(), None).unwrap();
+        write_exr(b.as_ref(), &big, &Metadata::default(), Layers::default()).unwrap();
         let small = metrics::blocks(&big, 3);
-        write_exr(a.as_ref(), &small, &Metadata::default(), None).unwrap();
+        write_exr(a.as_ref(), &small, &Metadata::default(), Layers::default()).unwrap();
         assert_eq!(call(&[&a, &b, "--max-relmse", "0"]).0, 0);
         let crop = Metadata {
             window: Some(Window {
@@ -224,7 +236,13 @@ mod tests {
             }),
             ..Metadata::default()
         };
-        write_exr(c.as_ref(), &small.cut(1, 1, 2, 1).unwrap(), &crop, None).unwrap();
+        write_exr(
+            c.as_ref(),
+            &small.cut(1, 1, 2, 1).unwrap(),
+            &crop,
+            Layers::default(),
+        )
+        .unwrap();
         assert_eq!(call(&[&c, &b, "--max-relmse", "0"]).0, 0);
         assert_eq!(call(&[&c, &a, "--max-relmse", "0"]).0, 0);
         // The other way round the reference is the smaller one.

@@ -4,7 +4,7 @@ use super::CliError;
 use super::render::{AccelArg, IntegratorArg, RenderArgs, TargetArg};
 use crate::chain::Shares;
 use crate::film::Bins;
-use crate::integrator::Budget;
+use crate::integrator::{Budget, Stop};
 use crate::scene::spectrum::Target;
 use crate::scene::{IntegratorKind, Scene};
 use std::path::PathBuf;
@@ -14,7 +14,7 @@ pub struct Job {
     /// Integrator.
     pub integrator: IntegratorKind,
     /// When to stop.
-    pub budget: Budget,
+    pub stop: Stop,
     /// Backend.
     pub accel: AccelArg,
     /// Lanes of wavelengths.
@@ -77,6 +77,8 @@ impl Job {
             Budget::Time(t)
         } else if let Some(r) = args.rounds {
             Budget::Rounds(r)
+        } else if args.target_error.is_some() && args.mutations.is_none() && args.spp.is_none() {
+            Budget::Rounds(u64::MAX)
         } else if is_mlt {
             let file = scene
                 .settings
@@ -139,7 +141,10 @@ impl Job {
             target,
             shares: args.mutate.unwrap_or_else(|| Shares::for_scene(scene)),
             integrator,
-            budget,
+            stop: Stop {
+                budget,
+                target_error: args.target_error,
+            },
             accel: args.accel,
             lanes: args.lanes.count(),
             threads: args.threads.unwrap_or(0),

@@ -8,7 +8,7 @@ use super::{CliError, report};
 use crate::accel::{Accel, Embree, EmbreeOptions, Obvhs, Recorder};
 use crate::chain::{Direct, MltOptions, Shares};
 use crate::integrator::{Bdpt, bdpt_bins, mlt, pt_bins};
-use crate::output::{Image, ImageError, SpectralBins, write_exr, write_png};
+use crate::output::{Image, ImageError, Layers, SpectralBins, write_exr, write_png};
 use crate::path::{Heuristic, Tally, World};
 use crate::scene::load::{LoadOptions, load_scene};
 use crate::scene::{IntegratorKind, Scene};
@@ -111,6 +111,15 @@ pub struct RenderArgs {
     /// Stop after this much wall time: 30s, 10m, 2h
     #[arg(long, value_name = "TIME", value_parser = duration, conflicts_with = "rounds")]
     pub time_limit: Option<Duration>,
+    /// Stop when the image's relative error is estimated to be at most E: 0.05 for 5 %
+    ///
+    /// The error is √(mean over the pixels of their squared standard error) / mean luminance. It is looked at only when
+    /// the rounds (samples per pixel with pt and bdpt, from 16 on) have doubled: 1, 2, 4, 8 …, so that looking does not
+    /// choose a lucky moment. --time-limit, --mutations, --spp or --rounds stop the render earlier; without any of them
+    /// it goes on until the target is met. Either way the exit code is 0, and a message says which it was; --rounds with
+    /// the number of rounds told there makes the same image.
+    #[arg(long, value_name = "E", value_parser = positive)]
+    pub target_error: Option<f64>,
     /// Make exactly this many rounds; stats.json tells how many a time limit allowed
     #[arg(long, value_name = "R", value_parser = clap::value_parser!(u64).range(1..))]
     pub rounds: Option<u64>,
@@ -288,22 +297,22 @@ fn render<const N: usize, A: Accel>(
     let mut report = Report::new(args.seed, scene, job, told);
     let bar = Bar::new("rendering", args.quiet);
     let (start, cpu) = (Instant::now(), processor_seconds());
-    let (xyz, spectrum) = match job.integrator {
+    let (xyz, spectrum, errors, met) = match job.integrator {
         IntegratorKind::Pt => {
             let bins = job.bins;
-            let r = pt_bins::<N, A>(&world, bins, job.budget, args.seed, &bar, &mut tally);
+            let r = pt_bins::<N, A>(&world, bins, job.stop, args.seed, &bar, &mut tally);
             report.samples(r.samples);
-            (r.image, r.spectrum)
+            (r.image, r.spectrum, r.errors, r.target_met)
         }
         IntegratorKind::Bdpt => {
             let what = Bdpt {
                 heuristic: Heuristic::Power,
                 indirect_only: false,
             };
-            let (bins, budget) = (job.bins, job.budget);
-            let r = bdpt_bins::<N, A>(&world, what, bins, budget, args.seed, &bar, &mut tally);
+            let (bins, stop) = (job.bins, job.stop);
+            let r = bdpt_bins::<N, A>(&world, what, bins, stop, args.seed, &bar, &mut tally);
             report.samples(r.samples);
-            (r.image, r.spectrum)
+            (r.image, r.spectrum, r.errors, r.target_met)
         }
         IntegratorKind::Mlt => {
             let direct = match args.direct {
@@ -316,12 +325,13 @@ fn render<const N: usize, A: Accel>(
                 shares: job.shares,
                 ..MltOptions::default()
             };
-            let r = mlt::<N, A>(&world, &options, job.budget, args.seed, &bar, &mut tally);
+            let r = mlt::<N, A>(&world, &options, job.stop, args.seed, &bar, &mut tally);
             report.mlt(&r, &options.shares, job.target);
-            (r.image, r.spectrum)
+            (r.image, r.spectrum, r.errors, r.target_met)
         }
     };
     bar.finish();
+    report.error(errors.summary(&xyz), args.target_error, met);
     report.finish(
         start.elapsed(),
         processor_seconds() - cpu,
@@ -336,12 +346,17 @@ fn render<const N: usize, A: Accel>(
         bins,
         values: values.iter().map(|v| (v * k) as f32).collect(),
     });
+    let standard = errors.standard(k);
+    let layers = Layers {
+        spectral: bins.as_ref(),
+        error: Some(&standard),
+    };
     let metadata = report.metadata(scene);
     for o in &job.outputs {
         if o.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
             write_png(o, &image, args.exposure)?;
         } else {
-            write_exr(o, &image, &metadata, bins.as_ref())?;
+            write_exr(o, &image, &metadata, layers)?;
         }
     }
     if let Some(path) = &args.stats {
@@ -349,6 +364,9 @@ fn render<const N: usize, A: Accel>(
     }
     if !args.quiet {
         eprintln!("{}", report.summary());
+        if let Some(line) = report.error_line() {
+            eprintln!("{line}");
+        }
     }
     Ok(report)
 }

@@ -4,6 +4,7 @@ use super::CliError;
 use super::job::Job;
 use super::render::Told;
 use crate::chain::Shares;
+use crate::film::ErrorSummary;
 use crate::integrator::MltResult;
 use crate::mutation::Strategy;
 use crate::output::{Metadata, Window};
@@ -43,7 +44,20 @@ pub struct Report {
     samples_per_pixel: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     mlt: Option<MltReport>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<ErrorReport>,
     faults: BTreeMap<&'static str, u64>,
+}
+
+/// The image's error; `relative` is null where it cannot be told.
+#[derive(Clone, Debug, Serialize)]
+struct ErrorReport {
+    #[serde(flatten)]
+    found: ErrorSummary,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    target: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    target_met: Option<bool>,
 }
 
 #[derive(Clone, Debug, Default, Serialize)]
@@ -126,6 +140,15 @@ impl Report {
         });
     }
 
+    /// The image's error, and whether the target for it was met.
+    pub fn error(&mut self, found: ErrorSummary, target: Option<f64>, met: bool) {
+        self.error = Some(ErrorReport {
+            found,
+            target,
+            target_met: target.map(|_| met),
+        });
+    }
+
     /// Times, memory and counters at the end.
     pub fn finish(&mut self, wall: Duration, cpu: f64, memory: u64, t: &Tally) {
         self.wall_seconds = wall.as_secs_f64();
@@ -176,6 +199,12 @@ impl Report {
         if let Some(s) = self.samples_per_pixel {
             counters.push(("samplesPerPixel".into(), s.to_string()));
         }
+        if let Some(e) = self.error.as_ref().map(|e| e.found) {
+            counters.push(("relativeError".into(), format!("{:e}", e.relative)));
+            counters.push(("blackPixels".into(), e.black_pixels.to_string()));
+            let freedom = e.degrees_of_freedom.to_string();
+            counters.push(("errorDegreesOfFreedom".into(), freedom));
+        }
         Metadata {
             scene_hash: scene.hash,
             seed: self.seed,
@@ -187,6 +216,28 @@ impl Report {
                 full: [w, h],
             }),
         }
+    }
+
+    /// A line about the error, for a person.
+    pub fn error_line(&self) -> Option<String> {
+        let e = self.error.as_ref()?;
+        let rounds = self.mlt.as_ref().map(|m| m.rounds);
+        let done = match (rounds, self.samples_per_pixel) {
+            (Some(r), _) => format!("{r} rounds"),
+            (None, s) => format!("{} samples per pixel", s.unwrap_or(0)),
+        };
+        let mut line = format!(
+            "relative error {:.2} % after {done}",
+            100.0 * e.found.relative
+        );
+        if e.found.black_pixels > 0 {
+            line += &format!(", {} pixels still black", e.found.black_pixels);
+        }
+        if let (Some(target), Some(met)) = (e.target, e.target_met) {
+            let not = if met { "" } else { "not " };
+            line += &format!("; target of {} % {not}reached", 100.0 * target);
+        }
+        Some(line)
     }
 
     /// One line for a person.

@@ -5,17 +5,23 @@
 //! to a pixel and are summed in order by its owner in [`PixelSums`].
 
 mod crop;
+mod error;
 mod exact;
 mod filter;
+mod groups;
 mod pixels;
 mod reserve;
 mod spectral;
 mod splat;
+mod squares;
 
 pub use crop::Crop;
+pub use error::{ErrorSummary, PixelErrors};
 pub use exact::{Fault, Film, FixedWeight, WideBuffer};
 pub use filter::Filter;
+pub use groups::GroupFilm;
 pub use pixels::{PixelSum, PixelSums};
 pub use reserve::Reserve;
 pub use spectral::{Bins, SpectralBuffer, SpectralFilm, WideSpectralBuffer};
 pub use splat::SplatBuffer;
+pub use squares::SquareBuffer;

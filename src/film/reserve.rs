@@ -18,6 +18,18 @@ impl<T> Reserve<T> {
         idle.unwrap_or_else(make)
     }
 
+    /// An idle buffer that `fits`, else any other, else a new one.
+    pub fn take_fitting(&self, fits: impl Fn(&T) -> bool, make: impl FnOnce() -> T) -> T {
+        let idle = {
+            let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+            match all.iter().rposition(fits) {
+                Some(i) => Some(all.swap_remove(i)),
+                None => all.pop(),
+            }
+        };
+        idle.unwrap_or_else(make)
+    }
+
     /// Gives a buffer back with what it holds.
     pub fn put(&self, buffer: T) {
         self.0

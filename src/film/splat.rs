@@ -29,7 +29,7 @@ pub struct SplatBuffer {
     load: f64,
 }
 
-/// X, Y, Z and a spare, so that a pixel never straddles two cache lines.
+/// X, Y, Z, so that a pixel never straddles two cache lines, and how much of Y has been settled (see `GroupFilm`).
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(C, align(32))]
 struct Pixel([i64; 4]);
@@ -108,6 +108,17 @@ impl SplatBuffer {
     #[inline]
     pub fn is_full(&self) -> bool {
         self.load >= FULL
+    }
+
+    /// Hands what each pixel's Y has grown by since the last call to `f`, in units of 2⁻³².
+    pub(super) fn settle(&mut self, mut f: impl FnMut(usize, i64)) {
+        for (i, p) in self.pixels.iter_mut().enumerate() {
+            let [_, y, _, settled] = p.0;
+            if y != settled {
+                f(i, y - settled);
+                p.0[3] = y;
+            }
+        }
     }
 
     /// Hands each non-zero pixel's integers (units of 2⁻³²) to `f` and clears the buffer.

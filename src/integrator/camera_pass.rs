@@ -54,12 +54,13 @@ impl Gathered<'_> {
 
 /// Sums of camera samples over the crop.
 pub struct CameraPass {
-    crop: [u32; 4],
+    pub(super) crop: [u32; 4],
     filter: Filter,
     stage: u32,
     seed: u64,
     target: Target,
-    sums: Vec<[f64; 3]>,
+    /// Σ w·X, w·Y, w·Z and (w·Y)² of each pixel.
+    pub(super) sums: Vec<[f64; 4]>,
     spectra: Option<(Bins, Vec<f64>)>,
     /// Samples a pixel so far, in the mean: a pixel has ⌊samples + its threshold⌋.
     pub samples: f64,
@@ -81,7 +82,7 @@ impl CameraPass {
             filter: Filter::new(&world.scene.settings.filter),
             stage,
             seed,
-            sums: vec![[0.0; 3]; n],
+            sums: vec![[0.0; 4]; n],
             spectra: bins.map(|b| (b, vec![0.0; n * b.count])),
             target: world.target,
             samples: 0.0,
@@ -109,7 +110,7 @@ impl CameraPass {
         };
         let count = bins.map_or(0, |b| b.count);
         let mut rest = spectra;
-        let rows: Vec<(&mut [[f64; 3]], &mut [f64])> = self
+        let rows: Vec<(&mut [[f64; 4]], &mut [f64])> = self
             .sums
             .chunks_mut(width)
             .map(|sums| {
@@ -164,6 +165,7 @@ impl CameraPass {
                         for (sum, v) in sum.iter_mut().zip(gathered.xyz) {
                             *sum += v * weight as f64;
                         }
+                        sum[3] += (gathered.xyz[1] * weight as f64).powi(2);
                     }
                 }
                 done(s);
@@ -174,7 +176,9 @@ impl CameraPass {
     /// Mean XYZ of each pixel, row-major over the crop.
     pub fn image(&self) -> Vec<[f64; 3]> {
         let pixels = self.sums.iter().enumerate();
-        pixels.map(|(i, s)| s.map(|v| v * self.scale(i))).collect()
+        pixels
+            .map(|(i, s)| [s[0], s[1], s[2]].map(|v| v * self.scale(i)))
+            .collect()
     }
 
     /// Mean radiance per nm, `[pixel · bins + bin]`, if bins are filled.
@@ -191,16 +195,21 @@ impl CameraPass {
     /// 1 over the samples of a pixel. Below one a pixel, the sampled ones stand for those that are not: 1 over the part
     /// of them, so that the mean over seeds is right everywhere.
     fn scale(&self, pixel: usize) -> f64 {
-        let [x0, y0, x1, _] = self.crop;
-        let width = (x1 - x0) as usize;
-        let (x, y) = (x0 + (pixel % width) as u32, y0 + (pixel / width) as u32);
         if self.samples >= 1.0 {
-            1.0 / samples_at(self.samples, self.shift, x, y) as f64
+            1.0 / self.count(pixel) as f64
         } else if self.samples > 0.0 {
             1.0 / self.samples
         } else {
             0.0
         }
+    }
+
+    /// Samples of a pixel.
+    pub(super) fn count(&self, pixel: usize) -> u64 {
+        let [x0, y0, x1, _] = self.crop;
+        let width = (x1 - x0) as usize;
+        let (x, y) = (x0 + (pixel % width) as u32, y0 + (pixel / width) as u32);
+        samples_at(self.samples, self.shift, x, y)
     }
 }
 

@@ -1,9 +1,11 @@
 //! Metropolis light transport: chains for what is hard, a stratified pass for direct light.
 
 use super::pt::add_samples;
-use super::{Budget, CameraPass, Clock, Paths, Progress};
+use super::target::Looks;
+use super::{CameraPass, Clock, Paths, Progress, Stop};
 use crate::accel::Accel;
 use crate::chain::{ChainStats, Direct, Mlt, MltOptions, stage};
+use crate::film::PixelErrors;
 use crate::path::{Tally, World};
 
 /// What a run gave.
@@ -22,13 +24,21 @@ pub struct MltResult {
     pub b: (f64, f64),
     /// Counters of the chains.
     pub stats: ChainStats,
+    /// Error of each pixel, from the groups and the samples of the direct pass.
+    pub errors: PixelErrors,
+    /// The target error was met at a look.
+    pub target_met: bool,
 }
+
+/// Mutations a pixel made at once, if there is time: at the end of a stretch every group's pixels are looked through,
+/// which then costs some 2 % of a mutation for each mutation.
+const STRETCH: f64 = 8.0;
 
 /// Renders by Metropolis light transport.
 pub fn mlt<const N: usize, A: Accel>(
     world: &World<A>,
     options: &MltOptions,
-    budget: Budget,
+    stop: impl Into<Stop>,
     seed: u64,
     progress: &dyn Progress,
     tally: &mut Tally,
@@ -37,14 +47,19 @@ pub fn mlt<const N: usize, A: Accel>(
     let pixels = (crop[2] - crop[0]) as u64 * (crop[3] - crop[1]) as u64;
     let mut run = Mlt::<A, N>::new(world, *options, seed);
     let mut direct = CameraPass::new(world, options.bins, stage::DIRECT, seed);
-    let clock = Clock::new(budget, |n| options.rounds_for(n, pixels));
+    let stop = stop.into();
+    let mut looks = Looks::new(stop.target_error, 1);
+    let rounds_for = |n| options.rounds_for(n, pixels);
+    let clock = Clock::new(stop.budget, rounds_for).in_stretches(rounds_for(STRETCH));
     // A function of the rounds alone, so that a longer run repeats a shorter one.
     let direct_for = |rounds: u64| {
         let per_pixel = (rounds * options.mutations_per_round()) as f64 / pixels as f64;
         per_pixel * options.direct_per_mutation
     };
-    loop {
-        let more = clock.next(run.rounds, options.rounds_per_generation as u64);
+    let mut target_met = false;
+    while !target_met {
+        let most = clock.next(run.rounds, options.rounds_per_generation as u64);
+        let more = looks.until_next(run.rounds, most);
         if more == 0 {
             break;
         }
@@ -58,14 +73,14 @@ pub fn mlt<const N: usize, A: Accel>(
                 tally,
             );
         }
-        progress.update(clock.fraction(run.rounds));
+        target_met = looks.met(run.rounds, || {
+            let (image, errors) = joined(&mut run, &direct);
+            errors.summary(&image)
+        });
+        let rounds = run.rounds;
+        progress.update(clock.fraction(rounds).max(looks.fraction(rounds)));
     }
-    let mut image = run.image();
-    for (p, d) in image.iter_mut().zip(direct.image()) {
-        for c in 0..3 {
-            p[c] += d[c];
-        }
-    }
+    let (image, errors) = joined(&mut run, &direct);
     let spectrum = run.spectrum().zip(direct.spectrum()).map(|(s, d)| {
         let both = s.iter().zip(d);
         both.map(|(s, d)| *s as f64 + d).collect()
@@ -83,5 +98,28 @@ pub fn mlt<const N: usize, A: Accel>(
         direct_samples: direct.samples,
         b: (b / a, se / a),
         stats,
+        errors,
+        target_met,
     }
+}
+
+/// The chains' light and the direct pass's as one image; they are independent, so the variances add up.
+fn joined<const N: usize, A: Accel>(
+    run: &mut Mlt<A, N>,
+    direct: &CameraPass,
+) -> (Vec<[f64; 3]>, PixelErrors) {
+    let mut errors = PixelErrors {
+        variance: run.variance(),
+        freedom: run.freedom(),
+    };
+    let mut image = run.image();
+    if direct.samples > 0.0 {
+        errors.add(&direct.variance());
+        for (p, d) in image.iter_mut().zip(direct.image()) {
+            for c in 0..3 {
+                p[c] += d[c];
+            }
+        }
+    }
+    (image, errors)
 }

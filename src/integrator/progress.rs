@@ -31,6 +31,7 @@ pub struct Clock {
     start: Instant,
     limit: Option<Duration>,
     rounds: Option<u64>,
+    stretch: u64,
 }
 
 impl Clock {
@@ -45,14 +46,22 @@ impl Clock {
             start: Instant::now(),
             limit,
             rounds,
+            stretch: 1,
         }
+    }
+
+    /// Do at least so many rounds at once, while there is room for them: where each stretch has a price of its own.
+    pub fn in_stretches(mut self, rounds: u64) -> Self {
+        self.stretch = rounds.max(1);
+        self
     }
 
     /// How many rounds to do at once after `done` of them: few enough to keep the time limit and the progress bar
     /// honest, at most `most`. 0 when it is time to stop; at least one round is always made.
     pub fn next(&self, done: u64, most: u64) -> u64 {
         if let Some(r) = self.rounds {
-            return (r - done.min(r)).min(most).min(r.div_ceil(100).max(1));
+            let fine = r.div_ceil(100).max(self.stretch);
+            return (r - done.min(r)).min(most).min(fine);
         }
         let limit = self.limit.unwrap_or(Duration::ZERO).as_secs_f64();
         let spent = self.start.elapsed().as_secs_f64();
@@ -65,7 +74,7 @@ impl Clock {
         let each = spent / done as f64;
         (((limit - spent) / each / 4.0) as u64)
             .clamp(1, most)
-            .min((0.5 / each) as u64 + 1)
+            .min(((0.5 / each) as u64 + 1).max(self.stretch))
     }
 
     /// Part of the budget that is used after `done` rounds.

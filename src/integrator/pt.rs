@@ -1,10 +1,11 @@
 //! Path tracing.
 
 use super::camera_pass::{CameraPass, lens_vertex};
-use super::{Budget, Clock, Paths, Progress, Rendered, radiance};
+use super::target::Looks;
+use super::{Budget, Clock, FIRST_LOOK, Paths, Progress, Rendered, Stop, radiance};
 use crate::accel::Accel;
 use crate::chain::stage;
-use crate::film::Bins;
+use crate::film::{Bins, PixelErrors};
 use crate::path::{Palette, Tally, World};
 use crate::scene::spectrum::Lanes;
 use std::sync::Mutex;
@@ -25,23 +26,35 @@ pub fn pt<const N: usize, A: Accel>(
 pub fn pt_bins<const N: usize, A: Accel>(
     world: &World<A>,
     bins: Option<Bins>,
-    budget: Budget,
+    stop: impl Into<Stop>,
     seed: u64,
     progress: &dyn Progress,
     tally: &mut Tally,
 ) -> Rendered {
     let mut pass = CameraPass::new(world, bins, stage::CAMERA, seed);
-    let clock = Clock::new(budget, |n| n.ceil().max(1.0) as u64);
-    loop {
-        let more = clock.next(pass.samples as u64, 16);
+    let stop = stop.into();
+    let clock = Clock::new(stop.budget, |n| n.ceil().max(1.0) as u64);
+    let mut looks = Looks::new(stop.target_error, FIRST_LOOK);
+    let errors = |pass: &CameraPass| PixelErrors {
+        variance: pass.variance(),
+        freedom: (pass.samples as u64).saturating_sub(1).max(1),
+    };
+    let mut target_met = false;
+    while !target_met {
+        let done = pass.samples as u64;
+        let more = looks.until_next(done, clock.next(done, 16));
         if more == 0 {
             break;
         }
         let until = pass.samples + more as f64;
         add_samples::<N, A>(world, &mut pass, until, Paths::All, tally);
-        progress.update(clock.fraction(pass.samples as u64));
+        let done = pass.samples as u64;
+        target_met = looks.met(done, || errors(&pass).summary(&pass.image()));
+        progress.update(clock.fraction(done).max(looks.fraction(done)));
     }
     Rendered {
+        errors: errors(&pass),
+        target_met,
         image: pass.image(),
         spectrum: pass.spectrum(),
         samples: pass.samples as u64,

@@ -1,4 +1,4 @@
-//! EXR out: 32-bit RGB, metadata, spectral bins in the layout of Fichet et al. 2021. The same image gives the same bytes.
+//! EXR out: 32-bit RGB, metadata, standard errors, spectral bins in the layout of Fichet et al. 2021. The same image gives the same bytes.
 
 use super::{Image, ImageError, Window, atomic::write_atomic};
 use crate::film::Bins;
@@ -35,6 +35,15 @@ pub struct SpectralBins {
     pub values: Vec<f32>,
 }
 
+/// What an EXR file may carry beside R, G and B.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Layers<'a> {
+    /// Spectral bins.
+    pub spectral: Option<&'a SpectralBins>,
+    /// Standard error of each pixel's luminance Y, in its units; channel `error`.
+    pub error: Option<&'a [f32]>,
+}
+
 /// The channel of emitted radiance at a wavelength: `S0.550,000000nm`, with a comma as the decimal mark.
 pub fn spectral_channel_name(nm: f64) -> String {
     format!("S0.{}nm", format!("{nm:.6}").replace('.', ","))
@@ -45,12 +54,12 @@ pub fn write_exr(
     path: &Path,
     image: &Image,
     metadata: &Metadata,
-    spectral: Option<&SpectralBins>,
+    layers: Layers,
 ) -> Result<(), ImageError> {
-    write_atomic(path, &encode(image, metadata, spectral))
+    write_atomic(path, &encode(image, metadata, layers))
 }
 
-fn encode(image: &Image, metadata: &Metadata, spectral: Option<&SpectralBins>) -> Vec<u8> {
+fn encode(image: &Image, metadata: &Metadata, layers: Layers) -> Vec<u8> {
     let pixels = image.width * image.height;
     assert!(
         pixels > 0 && image.rgb.len() == pixels,
@@ -61,7 +70,12 @@ fn encode(image: &Image, metadata: &Metadata, spectral: Option<&SpectralBins>) -
         let samples = image.rgb.iter().map(|p| p[c]).collect();
         channels.push(AnyChannel::new(name, FlatSamples::F32(samples)));
     }
-    if let Some(s) = spectral {
+    if let Some(error) = layers.error {
+        assert_eq!(error.len(), pixels, "every pixel has its error");
+        let samples = FlatSamples::F32(error.to_vec());
+        channels.push(AnyChannel::new("error", samples));
+    }
+    if let Some(s) = layers.spectral {
         let n = s.bins.count;
         assert_eq!(s.values.len(), pixels * n, "every pixel has its bins");
         for bin in 0..n {
@@ -79,7 +93,7 @@ fn encode(image: &Image, metadata: &Metadata, spectral: Option<&SpectralBins>) -
         software_name: Some(text(concat!("metrolux ", env!("CARGO_PKG_VERSION")))),
         ..LayerAttributes::default()
     };
-    for (name, value) in entries(metadata, spectral.is_some()) {
+    for (name, value) in entries(metadata, layers.spectral.is_some()) {
         attributes
             .other
             .insert(text(&name), AttributeValue::Text(text(&value)));
@@ -192,13 +206,13 @@ mod tests {
     fn pixels_and_window_come_back_and_bytes_repeat() {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a.exr");
-        write_exr(&path, &sample(), &metadata(), None).unwrap();
+        write_exr(&path, &sample(), &metadata(), Layers::default()).unwrap();
         let (back, window) = read_windowed(&path).unwrap();
         assert_eq!(back, sample());
         assert_eq!(Some(window), metadata().window);
         let first = std::fs::read(&path).unwrap();
         for _ in 0..5 {
-            assert_eq!(encode(&sample(), &metadata(), None), first);
+            assert_eq!(encode(&sample(), &metadata(), Layers::default()), first);
         }
     }
 
@@ -207,7 +221,13 @@ mod tests {
         assert_eq!(spectral_channel_name(550.0), "S0.550,000000nm");
         let bins = Bins::new(47);
         let values = (0..15 * 47).map(|i| i as f32).collect();
-        let bytes = encode(&sample(), &metadata(), Some(&SpectralBins { bins, values }));
+        let spectral = SpectralBins { bins, values };
+        let errors: Vec<f32> = (0..15).map(|i| i as f32 * 0.5).collect();
+        let layers = Layers {
+            spectral: Some(&spectral),
+            error: Some(&errors),
+        };
+        let bytes = encode(&sample(), &metadata(), layers);
         let image = exr::prelude::read()
             .no_deep_data()
             .largest_resolution_level()
@@ -224,15 +244,14 @@ mod tests {
         assert_eq!(get("emissiveUnits"), is("W.m^-2.sr^-1"));
         assert_eq!(get("sceneHash"), is("0000000000000abc"));
         assert_eq!(get("counter3"), is("3 ?"));
-        let channel = layer
-            .channel_data
-            .list
-            .iter()
-            .find(|c| c.name == *"S0.365,000000nm")
-            .unwrap();
-        let v: Vec<f32> = channel.sample_data.values_as_f32().collect();
-        assert_eq!(v[2], 2.0 * 47.0);
-        assert_eq!(layer.channel_data.list.len(), 50);
+        let list = &layer.channel_data.list;
+        let channel = |name: &str| -> Vec<f32> {
+            let found = list.iter().find(|c| c.name == *name).unwrap();
+            found.sample_data.values_as_f32().collect()
+        };
+        assert_eq!(channel("S0.365,000000nm")[2], 2.0 * 47.0);
+        assert_eq!(channel("error"), errors);
+        assert_eq!(list.len(), 51);
     }
 
     #[test]
@@ -240,7 +259,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("a.exr");
         assert_eq!(read_image(&path).unwrap_err().exit_code(), 2);
-        let whole = encode(&sample(), &Metadata::default(), None);
+        let whole = encode(&sample(), &Metadata::default(), Layers::default());
         for cut in [0, 3, 40, whole.len() / 2, whole.len() - 3] {
             std::fs::write(&path, &whole[..cut]).unwrap();
             let e = read_image(&path).unwrap_err();

@@ -9,7 +9,7 @@ mod png;
 
 pub use self::atomic::{check_writable, write_atomic};
 pub use self::error::ImageError;
-pub use self::exr_write::{Metadata, SpectralBins, spectral_channel_name, write_exr};
+pub use self::exr_write::{Layers, Metadata, SpectralBins, spectral_channel_name, write_exr};
 pub use self::image::{Image, Window, from_srgb, to_srgb};
 pub use self::png::{png_bytes, write_png};
 

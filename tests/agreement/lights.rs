@@ -4,7 +4,7 @@ use super::common::scene::{embree, of_text};
 use super::common::stats::agree;
 use super::{Effort, pairs, quick_and_long, runs};
 use metrolux::chain::Direct::{self, InChain, Separate};
-use metrolux::output::{Image, Metadata, write_exr};
+use metrolux::output::{Image, Layers, Metadata, write_exr};
 use metrolux::path::World;
 
 /// Looks down at the floor; above the wall there is sky.
@@ -80,7 +80,7 @@ fn sky_of_an_image(effort: Effort) {
         height: n,
         rgb,
     };
-    write_exr(&file, &image, &Metadata::default(), None).expect("written");
+    write_exr(&file, &image, &Metadata::default(), Layers::default()).expect("written");
     let light = format!(
         "LightSource \"infinite\" \"string filename\" \"{}\"",
         file.display()

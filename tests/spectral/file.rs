@@ -54,6 +54,7 @@ fn the_file_has_the_layout() {
             "S0.595,000000nm",
             "S0.689,000000nm",
             "S0.783,000000nm",
+            "error",
         ];
         assert_eq!(names, expected);
         for c in channels {
