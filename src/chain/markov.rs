@@ -4,7 +4,7 @@ use super::{ChainStats, Direct, MltOptions, Sink};
 use crate::accel::Accel;
 use crate::mutation::{Context, Strategy, Workspace};
 use crate::path::{Path, Pool, World};
-use crate::sampling::Rng;
+use crate::sampling::{Entries, Rng};
 
 /// A chain with its current path.
 pub struct Chain<const N: usize> {
@@ -12,6 +12,7 @@ pub struct Chain<const N: usize> {
     pub x: Path<N>,
     ws: Workspace<N>,
     rng: Rng,
+    entries: Option<Entries>,
     step: u64,
     /// Expected-value weight of x not yet splatted.
     pending: f64,
@@ -85,12 +86,18 @@ impl<const N: usize> Chain<N> {
             x,
             ws,
             rng,
+            entries: None,
             step: 0,
             pending: 0.0,
             stay: 0,
             choice: None,
             stats: ChainStats::default(),
         }
+    }
+
+    /// From now on lens sub-paths start at these entries, which the chain shares with its group.
+    pub fn stratify(&mut self, entries: Entries) {
+        self.entries = Some(entries);
     }
 
     /// Starts at a copy of a path.
@@ -128,6 +135,7 @@ impl<const N: usize> Chain<N> {
             let mut ctx = Context {
                 world: set.world,
                 rng: &mut self.rng,
+                entries: self.entries.as_mut(),
                 tally: &mut self.stats.tally,
                 indirect_only: set.options.direct == Direct::Separate,
                 weigh_deletions: set.options.weigh_deletions,

@@ -26,4 +26,6 @@ pub mod stage {
     pub const CAMERA: u32 = 4;
     /// The direct-lighting pass.
     pub const DIRECT: u32 = 5;
+    /// Entries of lens sub-paths.
+    pub const ENTRIES: u32 = 6;
 }

@@ -152,6 +152,10 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
                         let id = index * options.chains + c as u32;
                         let mut chain =
                             Chain::new(world.max_edges, Rng::new(seed, stage::CHAIN, group, id));
+                        let entries = options.entries(&world.lens, seed, index, group, c as u32);
+                        if let Some(e) = entries {
+                            chain.stratify(e);
+                        }
                         let (path, pool) = sampler.joined();
                         chain.start(path, pool);
                         Some((chain, batch.b))

@@ -141,7 +141,7 @@ pub struct RenderArgs {
     /// What a chain's visits are proportional to (mlt); mixed unless given
     #[arg(long, value_enum)]
     pub target: Option<TargetArg>,
-    /// Shares of the mutation strategies (mlt), as bidirectional=0.5,lens=0.3,caustic=0.1,multichain=0.1,wavelength=0.05
+    /// Shares of the mutation strategies (mlt), as bidirectional=0.5,lens=0.3,caustic=0.1,multichain=0.1,lenssubpath=0.1,wavelength=0.05
     ///
     /// Relative to each other; 0 removes a strategy, and so does not naming it (wavelength then has 5 %). Bidirectional
     /// must be > 0. By default fixed shares, with caustic and multichain only where the scene has specular surfaces.

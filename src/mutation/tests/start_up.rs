@@ -51,7 +51,7 @@ fn reference(world: &Room) -> Sums {
 fn runs(world: &Room, weighted: bool) -> Sums {
     let options = MltOptions {
         direct: Direct::InChain,
-        shares: Shares([0.4, 0.2, 0.15, 0.15, 0.1]),
+        shares: Shares([0.35, 0.15, 0.15, 0.15, 0.1, 0.1]),
         ..MltOptions::default()
     };
     let set = Setting {
