@@ -113,6 +113,10 @@ fn chains<A: Accel>(world: &World<A>, options: &MltOptions) -> Vec<Chain<LANES>>
             ) {
                 let rng = Rng::new(1, stage::CHAIN, group, c as u32);
                 let mut chain = Chain::new(world.max_edges, rng);
+                let entries = options.entries(&world.lens, 1, 0, group, c as u32);
+                if let Some(e) = entries {
+                    chain.stratify(e);
+                }
                 let (path, pool) = sampler.joined();
                 chain.start(path, pool);
                 for _ in 0..500 {

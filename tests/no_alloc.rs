@@ -89,6 +89,8 @@ fn allocations<const N: usize>() -> (u64, u64) {
     ));
     let mut chain = Chain::<N>::new(world.max_edges, Rng::new(1, 0, 0, 0));
     let (path, pool) = sampler.joined();
+    let entries = options.entries(&world.lens, 1, 0, 0, 0);
+    chain.stratify(entries.expect("stratified by default"));
     chain.start(path, pool);
     let set = Setting {
         world: &world,

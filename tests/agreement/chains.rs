@@ -1,5 +1,5 @@
 //! Each perturbation alone beside 10 % bidirectional mutations, on scenes of specular chains: a plate of glass under a
-//! lamp, and water over a floor.
+//! lamp, water over a floor, a corner with a mirror.
 
 use super::common::estimate::{self, Grid};
 use super::common::scene::{embree, of_text};
@@ -32,6 +32,18 @@ const PLATE: &str = r#"Shape "trianglemesh"
 /// The surface of a pool: LSDSE.
 const POOL: &str = r#"Shape "trianglemesh"
     "point3 P" [ -2.1 -2.1 0.4  2.1 -2.1 0.4  2.1 2.1 0.4  -2.1 2.1 0.4 ]
+    "integer indices" [ 0 1 2 0 2 3 ]"#;
+
+/// A wall, and a mirror beside it: LDDE, and LDDSE in the mirror. On the floor lies a coated sheet, where modes are
+/// chosen.
+const CORNER: &str = r#"
+Material "diffuse" "rgb reflectance" [ 0.3 0.6 0.7 ]
+Shape "trianglemesh" "point3 P" [ -2 1 0  2 1 0  2 1 2.5  -2 1 2.5 ] "integer indices" [ 0 1 2 0 2 3 ]
+Material "coateddiffuse" "rgb reflectance" [ 0.5 0.5 0.5 ] "float eta" 2.5 "float roughness" 0
+Shape "trianglemesh" "point3 P" [ -0.9 -0.6 0.01  0.9 -0.6 0.01  0.9 0.6 0.4  -0.9 0.6 0.4 ]
+    "integer indices" [ 0 1 2 0 2 3 ]
+Material "conductor" "rgb reflectance" [ 0.9 0.9 0.8 ]
+Shape "trianglemesh" "point3 P" [ 0.2 0.9 0.5  1.2 0.6 0.5  1.2 0.6 1.5  0.2 0.9 1.5 ]
     "integer indices" [ 0 1 2 0 2 3 ]"#;
 
 fn of(what: &str, glass: &str, depth: u32, strategies: &[Strategy], effort: Effort) {
@@ -72,6 +84,12 @@ fn plate() {
     of("plate of glass", PLATE, 3, &strategies, ALONE);
 }
 
+/// (L|D)DS*E: lens sub-path mutation.
+#[test]
+fn corner() {
+    of("corner", CORNER, 3, &[Strategy::LensSubpath], ALONE);
+}
+
 /// LSDSE, which no other perturbation suits.
 #[test]
 fn pool() {
@@ -100,4 +118,6 @@ fn long() {
     let strategies = [Strategy::Lens, Strategy::Caustic, Strategy::MultiChain];
     of("plate of glass", PLATE, 5, &strategies, effort);
     of("pool", POOL, 5, &strategies, effort);
+    let strategies = [Strategy::Lens, Strategy::LensSubpath];
+    of("corner", CORNER, 5, &strategies, effort);
 }

@@ -276,6 +276,10 @@ pub fn mlt<const N: usize, A: Accel>(
             let (path, pool) = sampler.joined();
             let rng = Rng::new(seed, STAGE_CHAIN, r, c as u32);
             let mut chain = Chain::<N>::new(world.max_edges, rng);
+            let entries = options.entries(&world.lens, seed, 0, r, c as u32);
+            if let Some(e) = entries {
+                chain.stratify(e);
+            }
             chain.start(path, pool);
             let mut sink = |s: Splat| {
                 let y = s.xyz[1] as f64 * s.weight as f64 * scale;
