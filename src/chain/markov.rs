@@ -1,6 +1,6 @@
 //! The Markov step: choose a strategy, propose, accept or reject.
 
-use super::{ChainStats, Direct, MltOptions, Sink};
+use super::{ChainStats, Direct, MltOptions, Shares, Sink};
 use crate::accel::Accel;
 use crate::mutation::{Context, Strategy, Workspace};
 use crate::path::{Path, Pool, World};
@@ -17,8 +17,8 @@ pub struct Chain<const N: usize> {
     /// Expected-value weight of x not yet splatted.
     pending: f64,
     stay: u64,
-    /// How strategies are chosen at x; `None` when that is yet to be found out.
-    choice: Option<Choice>,
+    /// The strategies that suit x; `None` when that is yet to be found out.
+    suited: Option<Suited>,
     /// Counters.
     pub stats: ChainStats,
 }
@@ -31,23 +31,38 @@ pub struct Setting<'a, A: Accel> {
     pub options: &'a MltOptions,
 }
 
-/// The weights with which the strategies are chosen at a path, and their sum: zero where one does not suit.
+/// The strategies that may be chosen at a path, a bit each.
 #[derive(Clone, Copy, Debug)]
-struct Choice {
-    weights: [f64; Strategy::ALL.len()],
-    total: f64,
-}
+struct Suited(u32);
 
-impl Choice {
-    /// Which strategy, for a uniform `u` in [0, 1).
+impl Suited {
+    /// Those of a path. A strategy without a share is never asked.
     #[inline]
-    fn pick(&self, u: f64) -> usize {
-        let mut r = u * self.total;
+    fn to<const N: usize, A: Accel>(set: &Setting<A>, x: &Path<N>, pool: &Pool<N>) -> Self {
+        let mut bits = 0;
+        for (i, s) in Strategy::ALL.into_iter().enumerate() {
+            let suits = set.options.shares.0[i] > 0.0 && s.suits(set.world.dispersive, x, pool);
+            bits |= (suits as u32) << i;
+        }
+        Self(bits)
+    }
+
+    /// The shares of the strategies that suit, 0 for others.
+    #[inline]
+    fn weights(self, shares: &Shares) -> impl Iterator<Item = f64> {
+        let all = shares.0.iter().enumerate();
+        all.map(move |(i, s)| if self.0 >> i & 1 == 1 { *s } else { 0.0 })
+    }
+
+    /// Which strategy, for a uniform `u` in [0, 1). At least one suits.
+    #[inline]
+    fn pick(self, shares: &Shares, u: f64) -> usize {
+        let mut r = u * self.weights(shares).sum::<f64>();
         let mut chosen = 0;
-        for (i, w) in self.weights.iter().enumerate() {
-            if *w > 0.0 {
+        for (i, w) in self.weights(shares).enumerate() {
+            if w > 0.0 {
                 chosen = i;
-                if r < *w {
+                if r < w {
                     break;
                 }
                 r -= w;
@@ -56,24 +71,10 @@ impl Choice {
         chosen
     }
 
-    /// Probability of a strategy.
+    /// Sum of the shares: the probability of a strategy is its own share over this.
     #[inline]
-    fn probability(&self, strategy: usize) -> f64 {
-        self.weights[strategy] / self.total
-    }
-}
-
-#[inline]
-fn choice<const N: usize, A: Accel>(set: &Setting<A>, x: &Path<N>, pool: &Pool<N>) -> Choice {
-    let mut w = set.options.shares.0;
-    for (w, s) in w.iter_mut().zip(Strategy::ALL) {
-        if *w > 0.0 && !s.suits(set.world.dispersive, x, pool) {
-            *w = 0.0;
-        }
-    }
-    Choice {
-        weights: w,
-        total: w.iter().sum(),
+    fn total(self, shares: &Shares) -> f64 {
+        self.weights(shares).sum()
     }
 }
 
@@ -90,7 +91,7 @@ impl<const N: usize> Chain<N> {
             step: 0,
             pending: 0.0,
             stay: 0,
-            choice: None,
+            suited: None,
             stats: ChainStats::default(),
         }
     }
@@ -110,7 +111,7 @@ impl<const N: usize> Chain<N> {
         }
         self.pending = 0.0;
         self.stay = 0;
-        self.choice = None;
+        self.suited = None;
     }
 
     /// Vertices of the current path.
@@ -124,11 +125,12 @@ impl<const N: usize> Chain<N> {
         self.rng.set_step(self.step);
         self.step += 1;
         let (x, pool) = (&self.x, &self.ws.pool);
-        let at_x = *self.choice.get_or_insert_with(|| choice(set, x, pool));
+        let at_x = *self.suited.get_or_insert_with(|| Suited::to(set, x, pool));
+        let shares = &set.options.shares;
         let mut accepted = false;
         let mut a = 0.0;
-        if at_x.total > 0.0 {
-            let chosen = at_x.pick(self.rng.next_f64());
+        if at_x.0 != 0 {
+            let chosen = at_x.pick(shares, self.rng.next_f64());
             let strategy = Strategy::ALL[chosen];
             self.stats.strategies[chosen].proposed += 1;
             self.ws.begin(&self.x);
@@ -143,8 +145,10 @@ impl<const N: usize> Chain<N> {
             let ratio = strategy.propose(&mut self.x, &mut self.ws, &mut ctx);
             if let Some(ratio) = ratio {
                 self.stats.strategies[chosen].constructed += 1;
-                let at_y = choice(set, &self.ws.y, &self.ws.pool);
-                let ratio = ratio * at_y.probability(chosen) / at_x.probability(chosen);
+                let at_y = Suited::to(set, &self.ws.y, &self.ws.pool);
+                // No way back where the strategy does not suit y.
+                let back = (at_y.0 >> chosen & 1) as f64 / at_y.total(shares);
+                let ratio = ratio * at_x.total(shares) * back;
                 if self.stats.tally.check(ratio) {
                     a = ratio.min(1.0);
                 }
@@ -166,7 +170,7 @@ impl<const N: usize> Chain<N> {
                 if accepted {
                     self.stats.strategies[chosen].accepted += 1;
                     self.ws.accept(&mut self.x);
-                    self.choice = Some(at_y);
+                    self.suited = Some(at_y);
                 }
             } else {
                 self.pending += 1.0;

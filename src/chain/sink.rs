@@ -125,7 +125,10 @@ impl FilmSink {
 
     #[inline(never)]
     fn add_queued(&mut self) {
-        for &(raster, xyz, weight) in &self.queue[..self.queued] {
+        let queue = &self.queue[..self.queued];
+        let touch = |sum, s: &(Vec2, [f32; 3], f32)| sum ^ self.buffers.colors.touch(s.0);
+        std::hint::black_box(queue.iter().fold(0, touch));
+        for &(raster, xyz, weight) in queue {
             if let Err(f) = self.buffers.colors.splat(raster, xyz, weight) {
                 self.faults.fault(f.into());
             }

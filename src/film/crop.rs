@@ -51,6 +51,22 @@ impl Crop {
             .then(|| cy as usize * self.width() + cx as usize)
     }
 
+    /// What of the `n` pixels from (x, y) on in their row is inside: how many are not before the first one that is, the
+    /// index of that, and how many are.
+    #[inline]
+    pub fn stretch(&self, x: i64, n: usize, y: i64) -> (usize, usize, usize) {
+        let (cx, cy) = (x - self.x0 as i64, y - self.y0 as i64);
+        let (lo, hi) = (cx.max(0), (cx + n as i64).min(self.width() as i64));
+        if cy < 0 || cy >= self.height() as i64 || lo >= hi {
+            return (0, 0, 0);
+        }
+        (
+            (lo - cx) as usize,
+            cy as usize * self.width() + lo as usize,
+            (hi - lo) as usize,
+        )
+    }
+
     /// The raster domain: lower and upper corner of the crop dilated by a filter's radius. Every point that can touch a
     /// pixel of the crop lies inside.
     pub fn domain(&self, radius: [f32; 2]) -> (Vec2, Vec2) {

@@ -80,11 +80,40 @@ impl Filter {
         (Vec2::new(dx, dy), wx * wy)
     }
 
+    /// The rows of pixels whose filter may not be 0 at height `y` of the raster.
+    #[inline]
+    pub fn rows(&self, y: f32) -> std::ops::Range<i64> {
+        if self.unit_box {
+            let y = y.floor() as i64;
+            return y..y + 1;
+        }
+        self.axes[1].touched(y)
+    }
+
     /// Calls `f(x, y, h)` for every image pixel whose filter is not 0 at the raster point.
     #[inline]
     pub fn for_pixels(&self, raster: Vec2, mut f: impl FnMut(i64, i64, f32)) {
+        self.for_rows(raster, |y, first, hx, hy| {
+            for (x, h) in (first..).zip(hx) {
+                let h = hy * h;
+                if h != 0.0 {
+                    f(x, y, h);
+                }
+            }
+        });
+    }
+
+    /// Calls `f(y, x, hx, hy)` for every row of image pixels whose filter is not 0 at the raster point: that of pixel
+    /// (x + i, y) is `hx[i]·hy`.
+    #[inline]
+    pub fn for_rows(&self, raster: Vec2, mut f: impl FnMut(i64, i64, &[f32], f32)) {
         if self.unit_box {
-            f(raster.x.floor() as i64, raster.y.floor() as i64, 1.0);
+            f(
+                raster.y.floor() as i64,
+                raster.x.floor() as i64,
+                &[1.0],
+                1.0,
+            );
             return;
         }
         let (xs, ys) = (
@@ -101,14 +130,8 @@ impl Filter {
             }
             for y in ys.clone() {
                 let hy = self.axes[1].value(raster.y - (y as f32 + 0.5));
-                if hy == 0.0 {
-                    continue;
-                }
-                for x in first..last {
-                    let h = hy * hx[(x - first) as usize];
-                    if h != 0.0 {
-                        f(x, y, h);
-                    }
+                if hy != 0.0 {
+                    f(y, first, &hx[..(last - first) as usize], hy);
                 }
             }
             first = last;

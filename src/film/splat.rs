@@ -17,6 +17,9 @@ pub const LARGEST: f32 = 256.0;
 /// 2²¹ · 2⁸ is a quarter of that, so a last splat of the largest weight and a filter that peaks at 2 still fit.
 const FULL: f64 = 2_097_152.0;
 
+/// Below this a splat fits [`round_small`], whatever the filter: 2⁴⁸, and no filter peaks at 2³.
+const SMALL: f64 = 281_474_976_710_656.0;
+
 /// Exact thread-local sums of X, Y, Z.
 #[derive(Clone, Debug)]
 pub struct SplatBuffer {
@@ -58,26 +61,47 @@ impl SplatBuffer {
         }
         self.load += weight as f64;
         let scale = weight as f64 * ONE;
-        let v = xyz.map(|v| v as f64 * scale);
-        if self.filter.is_unit_box() {
-            let (x, y) = (raster.x.floor() as i64, raster.y.floor() as i64);
-            if let Some(i) = self.crop.index(x, y) {
-                add(&mut self.pixels[i], v, 1.0);
-            }
-            return Ok(());
+        let [x, y, z] = xyz.map(|v| v as f64 * scale);
+        let v = [x, y, z, 0.0];
+        if x.max(y).max(z) < SMALL {
+            self.spread(raster, v, round_small);
+        } else {
+            self.spread(raster, v, |v| v.round_ties_even() as i64);
         }
+        Ok(())
+    }
+
+    /// Adds `v` · h, each rounded by `round`, to the pixels around a raster point.
+    #[inline(always)]
+    fn spread(&mut self, raster: Vec2, v: [f64; 4], round: impl Fn(f64) -> i64) {
         let Self {
             crop,
             filter,
             pixels,
             ..
         } = self;
-        filter.for_pixels(raster, |x, y, h| {
-            if let Some(i) = crop.index(x, y) {
-                add(&mut pixels[i], v, h as f64);
+        filter.for_rows(raster, |y, first, hx, hy| {
+            let (skip, i, n) = crop.stretch(first, hx.len(), y);
+            for (pixel, h) in pixels[i..i + n].iter_mut().zip(&hx[skip..]) {
+                let h = (hy * h) as f64;
+                for (sum, v) in pixel.0.iter_mut().zip(v) {
+                    *sum += round(v * h);
+                }
             }
         });
-        Ok(())
+    }
+
+    /// Reads a word of each row of pixels that a splat at `raster` will add to. Asked of several splats before the first is
+    /// added, the waits for memory overlap.
+    #[inline]
+    pub fn touch(&self, raster: Vec2) -> i64 {
+        let rows = self.filter.rows(raster.y);
+        let x = raster.x.floor() as i64;
+        let word = |y| {
+            let i = self.crop.index(x, y);
+            i.map_or(0, |i| self.pixels[i].0[0])
+        };
+        rows.fold(0, |sum, y| sum ^ word(y))
     }
 
     /// The sums are near what they can hold: absorb the buffer before the next splat.
@@ -111,11 +135,11 @@ fn fault(raster: Vec2, xyz: [f32; 3], weight: f32) -> Fault {
     }
 }
 
-#[inline]
-fn add(pixel: &mut Pixel, v: [f64; 3], h: f64) {
-    for (sum, v) in pixel.0.iter_mut().zip(v) {
-        *sum += (v * h).round_ties_even() as i64;
-    }
+/// To the nearest integer, ties to even, for |v| < 2⁵¹: 1.5·2⁵² + v is a double whose last bit is worth 1.
+#[inline(always)]
+fn round_small(v: f64) -> i64 {
+    const MAGIC: f64 = 6_755_399_441_055_744.0;
+    (v + MAGIC).to_bits().wrapping_sub(MAGIC.to_bits()) as i64
 }
 
 #[cfg(test)]
@@ -159,6 +183,19 @@ mod tests {
         assert_eq!(a, run(&mut (0..500).rev(), 1));
         assert_eq!(a, run(&mut (0..500).map(|i| i * 77 % 500), 1000));
         assert_ne!(a, run(&mut (1..500), 7));
+    }
+
+    #[test]
+    fn both_ways_of_rounding_agree() {
+        let mut v = 1e-3;
+        while v < SMALL * 8.0 {
+            for v in [v, v.floor() + 0.5, v.floor() + 1.5] {
+                for v in [v, -v] {
+                    assert_eq!(round_small(v), v.round_ties_even() as i64, "{v}");
+                }
+            }
+            v *= 1.37;
+        }
     }
 
     #[test]

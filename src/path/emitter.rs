@@ -71,8 +71,7 @@ impl Emitters {
                     sky.push(i as u32);
                     hittable = true;
                     let im = &scene.images[*image as usize];
-                    let values: Vec<f32> =
-                        im.rgb.iter().map(|c| (c[0] + c[1] + c[2]) / 3.0).collect();
+                    let values: Vec<f32> = im.rgb().map(|c| (c[0] + c[1] + c[2]) / 3.0).collect();
                     let mean =
                         values.iter().map(|v| *v as f64).sum::<f64>() / values.len().max(1) as f64;
                     grids.push(Grid2d::new(im.width as usize, &values));
@@ -352,7 +351,7 @@ fn from_sky<const N: usize>(
             let (w, h) = (im.width as usize, im.height as usize);
             let x = ((st.x * w as f32) as usize).min(w - 1);
             let y = ((st.y * h as f32) as usize).min(h - 1);
-            let rgb = im.rgb[y * w + x];
+            let rgb = im.texel(y * w + x);
             let scale = 2.0 * rgb[0].max(rgb[1]).max(rgb[2]);
             if scale <= 0.0 {
                 return Spectrum::ZERO;

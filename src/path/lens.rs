@@ -22,6 +22,8 @@ pub struct Lens {
     forward: Vec3,
     /// Pixels per unit length on the plane z = 1, x and y.
     pixels: Vec2,
+    /// 1 / `pixels`.
+    per_pixel: Vec2,
     /// Raster point = (x, y on z = 1 from the window's corner) · pixels.
     corner: Vec2,
     radius: f32,
@@ -55,6 +57,7 @@ impl Lens {
             up: c.axes.y_axis,
             forward: c.axes.z_axis,
             pixels: res / Vec2::new(x1 - x0, y1 - y0),
+            per_pixel: Vec2::new(x1 - x0, y1 - y0) / res,
             corner: Vec2::new(x0, y1),
             radius: c.lens_radius,
             focal: c.focal_distance,
@@ -132,7 +135,7 @@ impl Lens {
     /// Unit direction into the scene from the lens point `x` for a raster point.
     #[inline]
     pub fn direction(&self, x: Vec3, r: Vec2) -> Vec3 {
-        let s = r / self.pixels;
+        let s = r * self.per_pixel;
         let (px, py) = (self.corner.x + s.x, self.corner.y - s.y);
         let focus = self.right * px + self.up * py + self.forward;
         if self.radius > 0.0 {

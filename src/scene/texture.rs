@@ -10,8 +10,41 @@ pub struct Image {
     pub width: u32,
     /// Height in texels.
     pub height: u32,
-    /// Linear sRGB, row-major.
-    pub rgb: Vec<[f32; 3]>,
+    /// Row-major.
+    pub texels: Texels,
+}
+
+/// The texels of an image.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Texels {
+    /// As the file has them, a third of the memory of floats; the fourth byte is spare.
+    Bytes {
+        /// Red, green, blue.
+        data: Vec<[u8; 4]>,
+        /// Linear light of each value.
+        linear: Box<[f32; 256]>,
+    },
+    /// Linear sRGB.
+    Floats(Vec<[f32; 3]>),
+}
+
+impl Image {
+    /// Linear sRGB of texel `i`, row-major.
+    #[inline]
+    pub fn texel(&self, i: usize) -> [f32; 3] {
+        match &self.texels {
+            Texels::Bytes { data, linear } => {
+                let [r, g, b, _] = data[i];
+                [r, g, b].map(|v| linear[v as usize])
+            }
+            Texels::Floats(rgb) => rgb[i],
+        }
+    }
+
+    /// Linear sRGB of all texels, row-major.
+    pub fn rgb(&self) -> impl Iterator<Item = [f32; 3]> {
+        (0..self.width as usize * self.height as usize).map(|i| self.texel(i))
+    }
 }
 
 /// What happens outside the unit square.
@@ -65,25 +98,24 @@ impl ImageMap {
         let im = &images[self.image as usize];
         let st = self.mapping.apply(uv);
         // pbrt: t runs upwards, rows run downwards.
-        let (x, y) = (
-            st.x * im.width as f32 - 0.5,
-            (1.0 - st.y) * im.height as f32 - 0.5,
-        );
+        let (s, t) = (st.x, 1.0 - st.y);
+        let (w, h) = (im.width as i32, im.height as i32);
         let mut out = [0.0; 3];
         if self.point {
-            out = texel(im, x.round() as i64, y.round() as i64, self.wrap);
+            if let (Some(x), Some(y)) = (nearest(s, w, self.wrap), nearest(t, h, self.wrap)) {
+                out = im.texel(y * im.width as usize + x);
+            }
         } else {
-            let (x0, y0) = (x.floor(), y.floor());
-            let (fx, fy) = (x - x0, y - y0);
-            for (dx, dy, w) in [
-                (0, 0, (1.0 - fx) * (1.0 - fy)),
-                (1, 0, fx * (1.0 - fy)),
-                (0, 1, (1.0 - fx) * fy),
-                (1, 1, fx * fy),
-            ] {
-                let t = texel(im, x0 as i64 + dx, y0 as i64 + dy, self.wrap);
-                for c in 0..3 {
-                    out[c] += w * t[c];
+            let (xs, fx) = between(s, w, self.wrap);
+            let (ys, fy) = between(t, h, self.wrap);
+            for (y, wy) in [(ys[0], 1.0 - fy), (ys[1], fy)] {
+                for (x, wx) in [(xs[0], 1.0 - fx), (xs[1], fx)] {
+                    if let (Some(x), Some(y)) = (x, y) {
+                        let texel = im.texel(y * im.width as usize + x);
+                        for c in 0..3 {
+                            out[c] += wx * wy * texel[c];
+                        }
+                    }
                 }
             }
         }
@@ -94,15 +126,42 @@ impl ImageMap {
     }
 }
 
-fn texel(im: &Image, x: i64, y: i64, wrap: Wrap) -> [f32; 3] {
-    let (w, h) = (im.width as i64, im.height as i64);
-    let (x, y) = match wrap {
-        Wrap::Repeat => (x.rem_euclid(w), y.rem_euclid(h)),
-        Wrap::Clamp => (x.clamp(0, w - 1), y.clamp(0, h - 1)),
-        Wrap::Black if x < 0 || y < 0 || x >= w || y >= h => return [0.0; 3],
-        Wrap::Black => (x, y),
+/// The texel of n that the coordinate `s` lies nearest to; `None` in the black.
+#[inline]
+fn nearest(s: f32, n: i32, wrap: Wrap) -> Option<usize> {
+    wrapped((inside(s, wrap) * n as f32 - 0.5).round() as i32, n, wrap)
+}
+
+/// The two texels of n that the coordinate `s` lies between, and how far it is from the first.
+#[inline]
+fn between(s: f32, n: i32, wrap: Wrap) -> ([Option<usize>; 2], f32) {
+    let x = inside(s, wrap) * n as f32 - 0.5;
+    let first = x.floor();
+    let i = first as i32;
+    (
+        [wrapped(i, n, wrap), wrapped(i.saturating_add(1), n, wrap)],
+        x - first,
+    )
+}
+
+/// The coordinate brought into 0..=1 where it repeats, so that an index is off by one period at most.
+#[inline]
+fn inside(s: f32, wrap: Wrap) -> f32 {
+    match wrap {
+        Wrap::Repeat => s - s.floor(),
+        Wrap::Clamp | Wrap::Black => s,
+    }
+}
+
+#[inline]
+fn wrapped(i: i32, n: i32, wrap: Wrap) -> Option<usize> {
+    let i = match wrap {
+        Wrap::Repeat if i < 0 => i + n,
+        Wrap::Repeat if i >= n => i - n,
+        Wrap::Clamp => i.clamp(0, n - 1),
+        _ => i,
     };
-    im.rgb[(y * w + x) as usize]
+    (0 <= i && i < n).then_some(i as usize)
 }
 
 /// A number that may vary over the surface.
@@ -180,4 +239,67 @@ impl SpectrumTexture {
 /// True on the cells of the first colour (pbrt-v4: even sums of cell indices).
 fn checker(st: Vec2) -> bool {
     (st.x.floor() as i64 + st.y.floor() as i64).rem_euclid(2) == 0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A 4 × 2 image whose red says the column and whose green says the row.
+    fn at(uv: [f32; 2], wrap: Wrap, point: bool) -> [f32; 3] {
+        let rgb = (0..8).map(|i| [(i % 4) as f32, (i / 4) as f32, 1.0]);
+        let image = Image {
+            width: 4,
+            height: 2,
+            texels: Texels::Floats(rgb.collect()),
+        };
+        let map = ImageMap {
+            image: 0,
+            mapping: UvMapping {
+                scale: Vec2::ONE,
+                offset: Vec2::ZERO,
+            },
+            wrap,
+            point,
+            invert: false,
+            scale: 1.0,
+        };
+        map.rgb(Vec2::from(uv), &[image])
+    }
+
+    #[test]
+    fn texels_lie_at_the_centres_of_their_cells_and_the_first_row_on_top() {
+        for wrap in [Wrap::Repeat, Wrap::Clamp, Wrap::Black] {
+            for point in [true, false] {
+                for (x, y) in [(0, 0), (3, 0), (1, 1), (2, 1)] {
+                    let uv = [(x as f32 + 0.5) / 4.0, 1.0 - (y as f32 + 0.5) / 2.0];
+                    assert_eq!(at(uv, wrap, point), [x as f32, y as f32, 1.0]);
+                }
+            }
+        }
+        assert_eq!(at([0.5, 0.75], Wrap::Repeat, false), [1.5, 0.0, 1.0]);
+        assert_eq!(at([0.375, 0.5], Wrap::Repeat, false), [1.0, 0.5, 1.0]);
+    }
+
+    #[test]
+    fn outside_the_square_images_repeat_clamp_or_end() {
+        for shift in [-3.0, -1.0, 1.0, 7.0] {
+            for u in [0.0, 0.125, 0.3, 0.99] {
+                let (inside, outside) = ([u, 0.75], [u + shift, 0.75 + shift]);
+                let (a, b) = (
+                    at(inside, Wrap::Repeat, false),
+                    at(outside, Wrap::Repeat, false),
+                );
+                assert!((a[0] - b[0]).abs() < 1e-5 && a[1] == b[1], "{u} {shift}");
+            }
+        }
+        // Half way between the last column and the first.
+        assert_eq!(at([0.0, 0.75], Wrap::Repeat, false), [1.5, 0.0, 1.0]);
+        assert_eq!(at([0.0, 0.75], Wrap::Clamp, false), [0.0, 0.0, 1.0]);
+        assert_eq!(at([9.0, -5.0], Wrap::Clamp, true), [3.0, 1.0, 1.0]);
+        assert_eq!(at([1.0, 0.75], Wrap::Black, false), [1.5, 0.0, 0.5]);
+        for point in [true, false] {
+            assert_eq!(at([1.5, 0.5], Wrap::Black, point), [0.0; 3]);
+        }
+    }
 }

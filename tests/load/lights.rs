@@ -135,8 +135,8 @@ fn environment_maps() {
         .save(&path)
         .unwrap();
     let s = world(&body);
-    assert_eq!(s.images[0].rgb[0], [1.0; 3]);
-    assert_eq!(s.images[0].rgb[3], [0.0; 3]);
+    assert_eq!(s.images[0].texel(0), [1.0; 3]);
+    assert_eq!(s.images[0].texel(3), [0.0; 3]);
     let y = luminance(emission(&s.lights[0]));
     assert!((y - 1.0).abs() < 1e-4);
 }

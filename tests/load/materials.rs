@@ -164,7 +164,7 @@ fn encodings() {
         ("\"string encoding\" \"gamma 2.0\"", v * v),
     ] {
         let s = with_image(&path, parameters).unwrap();
-        let [r, g, b] = s.images[0].rgb[0];
+        let [r, g, b] = s.images[0].texel(0);
         assert!((r - want).abs() < 1e-6, "{parameters}: {r}");
         assert_eq!((g, b), (1.0, 0.0));
     }
@@ -188,7 +188,7 @@ fn encodings() {
         .save(&path)
         .unwrap();
     let s = with_image(&path, "").unwrap();
-    assert!((s.images[0].rgb[1][2] - 0.215_860_5).abs() < 1e-6);
+    assert!((s.images[0].texel(1)[2] - 0.215_860_5).abs() < 1e-6);
 }
 
 /// Floating-point images are linear; a file is decoded once.
@@ -200,13 +200,13 @@ fn float_images() {
     let s = with_image(&exr, "").unwrap();
     let i = &s.images[0];
     assert_eq!((i.width, i.height), (3, 2));
-    assert_eq!(i.rgb[5], [2.0, 1.0, 0.25]);
+    assert_eq!(i.texel(5), [2.0, 1.0, 0.25]);
     let hdr = dir.path().join("t.hdr");
     image::Rgb32FImage::from_pixel(2, 2, image::Rgb([4.0, 2.0, 1.0]))
         .save(&hdr)
         .unwrap();
     assert_eq!(
-        with_image(&hdr, "").unwrap().images[0].rgb[0],
+        with_image(&hdr, "").unwrap().images[0].texel(0),
         [4.0, 2.0, 1.0]
     );
     let t = format!(

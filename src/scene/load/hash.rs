@@ -300,7 +300,7 @@ pub(super) fn scene_hash(scene: &Scene) -> u64 {
     scene.materials.iter().for_each(|m| h.material(m));
     for i in &scene.images {
         h.u32(i.width);
-        i.rgb.iter().for_each(|c| h.floats(c));
+        i.rgb().for_each(|c| h.floats(&c));
     }
     scene.lights.iter().for_each(|l| h.light(l));
     let c = &scene.camera;

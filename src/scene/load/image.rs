@@ -1,7 +1,7 @@
 //! Decoding of texture and environment images to linear RGB, each file once.
 
 use super::error::{Location, Result, SceneError};
-use crate::scene::texture::Image;
+use crate::scene::texture::{Image, Texels};
 use std::collections::HashMap;
 use std::fs::File;
 use std::io::BufReader;
@@ -77,7 +77,8 @@ fn decode(path: &Path, encoding: Encoding) -> std::result::Result<Image, String>
     } else {
         decode_other(path, encoding)?
     };
-    match image.rgb.iter().flatten().find(|v| !v.is_finite()) {
+    let wrong = image.rgb().flatten().find(|v| !v.is_finite());
+    match wrong {
         Some(v) => Err(format!("a texel of value {v}")),
         None => Ok(image),
     }
@@ -108,27 +109,26 @@ fn decode_other(path: &Path, encoding: Encoding) -> std::result::Result<Image, S
         image::DynamicImage::ImageRgb32F(_) | image::DynamicImage::ImageRgba32F(_)
     );
     let deep = picture.color().bytes_per_pixel() > picture.color().channel_count();
-    let rgb = if float {
-        picture.into_rgb32f().pixels().map(|p| p.0).collect()
+    let texels = if float {
+        Texels::Floats(picture.into_rgb32f().pixels().map(|p| p.0).collect())
     } else if deep {
         let full = f32::from(u16::MAX);
         let linear = |v: u16| encoding.to_linear(f32::from(v) / full);
-        picture
-            .into_rgb16()
-            .pixels()
-            .map(|p| p.0.map(linear))
-            .collect()
+        let rgb = picture.into_rgb16();
+        Texels::Floats(rgb.pixels().map(|p| p.0.map(linear)).collect())
     } else {
-        let table: Vec<f32> = (0..=255u8)
-            .map(|v| encoding.to_linear(f32::from(v) / 255.0))
-            .collect();
-        picture
-            .into_rgb8()
-            .pixels()
-            .map(|p| p.0.map(|v| table[v as usize]))
-            .collect()
+        let linear = std::array::from_fn(|v| encoding.to_linear(v as f32 / 255.0));
+        let with_spare = |p: &image::Rgb<u8>| [p.0[0], p.0[1], p.0[2], 0];
+        Texels::Bytes {
+            data: picture.into_rgb8().pixels().map(with_spare).collect(),
+            linear: Box::new(linear),
+        }
     };
-    Ok(Image { width, height, rgb })
+    Ok(Image {
+        width,
+        height,
+        texels,
+    })
 }
 
 fn decode_exr(path: &Path) -> std::result::Result<Image, String> {
@@ -170,6 +170,6 @@ fn decode_exr(path: &Path) -> std::result::Result<Image, String> {
     Ok(Image {
         width: size.width() as u32,
         height: size.height() as u32,
-        rgb: image.layer_data.channel_data.pixels.1,
+        texels: Texels::Floats(image.layer_data.channel_data.pixels.1),
     })
 }

@@ -36,7 +36,7 @@ pub(super) fn illuminance(map: &Image) -> f64 {
                 (f64::from(x) + 0.5) / f64::from(map.width),
                 (f64::from(y) + 0.5) / f64::from(map.height),
             );
-            let [r, g, b] = map.rgb[(y * map.width + x) as usize].map(f64::from);
+            let [r, g, b] = map.texel((y * map.width + x) as usize).map(f64::from);
             sum += (0.2126 * r + 0.7152 * g + 0.0722 * b) * direction(uv).z.max(0.0);
         }
     }
@@ -46,6 +46,7 @@ pub(super) fn illuminance(map: &Image) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::texture::Texels;
 
     #[test]
     fn directions_are_unit_and_equal_area() {
@@ -78,7 +79,7 @@ mod tests {
         let map = Image {
             width: n,
             height: n,
-            rgb: vec![[1.0; 3]; (n * n) as usize],
+            texels: Texels::Floats(vec![[1.0; 3]; (n * n) as usize]),
         };
         // The midpoint rule on a kinked function: error of order 1/n².
         assert!((illuminance(&map) - PI / 2.0).abs() < 10.0 / f64::from(n * n));
