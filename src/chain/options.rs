@@ -74,6 +74,8 @@ pub struct MltOptions {
     pub stratify: bool,
     /// n_e: different chains of a group that get the same lens sub-path; far fewer than its chains.
     pub entry_uses: u32,
+    /// Samples a pixel of the test image of two-stage Metropolis (Veach 11.5.3); without it there is one stage.
+    pub test_samples: Option<u32>,
     /// Samples a pixel of the direct pass for each mutation a pixel.
     pub direct_per_mutation: f64,
     /// Also fill these spectral bins; the world's target must be `Target::Bins`.
@@ -94,6 +96,7 @@ impl Default for MltOptions {
             expected_values: true,
             stratify: true,
             entry_uses: 2,
+            test_samples: None,
             direct_per_mutation: 0.125,
             bins: None,
         }

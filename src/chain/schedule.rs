@@ -5,7 +5,7 @@
 
 use super::markov::{Chain, Setting};
 use super::sink::{Buffers, FilmSink, Films};
-use super::{Batch, ChainStats, MltOptions, replay, seed_group, stage};
+use super::{Batch, ChainStats, MltOptions, TestImage, replay, seed_group, stage};
 use crate::accel::Accel;
 use crate::film::{Crop, Filter, Reserve};
 use crate::path::{Sampler, Tally, World};
@@ -20,19 +20,20 @@ pub struct Generation<const N: usize> {
     pub index: u32,
     /// Seeding of each group.
     pub batches: Vec<Batch>,
-    /// Chains with the brightness of their group; groups without light have none.
+    /// Chains with the integral of their group's target; groups without light have none.
     chains: Vec<(Chain<N>, f64)>,
     /// Rounds made.
     pub rounds: u64,
 }
 
-/// A group's seeding: its batch, its chains with their brightness, rays and faults.
+/// A group's seeding: its batch, its chains with the integral of their target, rays and faults.
 type Seeded<const N: usize> = (Batch, Vec<(Chain<N>, f64)>, Tally);
 
 /// A run of Metropolis light transport that can go on for any number of rounds.
 pub struct Mlt<'a, A: Accel, const N: usize> {
     world: &'a World<'a, A>,
     options: MltOptions,
+    test_image: Option<TestImage>,
     seed: u64,
     crop: Crop,
     filter: Filter,
@@ -63,6 +64,7 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
         Self {
             world,
             options,
+            test_image: None,
             seed,
             crop,
             filter: Filter::new(&world.scene.settings.filter),
@@ -75,6 +77,13 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
             stats: ChainStats::default(),
             seeding: Tally::default(),
         }
+    }
+
+    /// The same with a target divided by I0; before the first round.
+    pub fn with_test_image(mut self, test_image: Option<TestImage>) -> Self {
+        assert!(self.generation.is_none(), "I0 is fixed before seeding");
+        self.test_image = test_image;
+        self
     }
 
     /// Makes `rounds` more rounds, starting generations as they fall due.
@@ -92,6 +101,7 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
             let set = Setting {
                 world: self.world,
                 options: &self.options,
+                test_image: self.test_image.as_ref(),
             };
             let (film, idle, unit) = (&self.film, &self.idle, self.unit);
             let (crop, filter) = (self.crop, &self.filter);
@@ -125,11 +135,16 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
             g.chains.iter().for_each(|(c, _)| self.stats += c.stats);
         }
         let (world, options, seed) = (self.world, &self.options, self.seed);
+        let set = Setting {
+            world,
+            options,
+            test_image: self.test_image.as_ref(),
+        };
         let seeded: Vec<Seeded<N>> = (0..options.groups)
             .into_par_iter()
             .map(|group| {
                 let mut tally = Tally::default();
-                let batch = seed_group::<N, A>(world, options, seed, index, group, &mut tally);
+                let batch = seed_group::<N, A>(&set, seed, index, group, &mut tally);
                 let mut sampler = Sampler::new(world.max_edges);
                 let chains = batch
                     .seeds
@@ -158,7 +173,7 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
                         }
                         let (path, pool) = sampler.joined();
                         chain.start(path, pool);
-                        Some((chain, batch.b))
+                        Some((chain, batch.target))
                     })
                     .collect();
                 (batch, chains, tally)

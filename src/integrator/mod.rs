@@ -7,6 +7,7 @@ mod mlt;
 mod progress;
 mod pt;
 mod radiance;
+mod test_image;
 
 pub use bdpt::{Bdpt, bdpt, bdpt_bins};
 pub use camera_pass::{CameraPass, Gathered};
@@ -14,6 +15,7 @@ pub use mlt::{MltResult, mlt};
 pub use progress::{Budget, Clock, Progress, Quiet};
 pub use pt::{pt, pt_bins};
 pub use radiance::{Paths, radiance};
+pub use test_image::test_image;
 
 /// What a sampling integrator gave.
 pub struct Rendered {

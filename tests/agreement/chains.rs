@@ -4,8 +4,9 @@
 use super::common::estimate::{self, Grid};
 use super::common::scene::{embree, of_text};
 use super::common::stats::agree;
-use super::{Effort, Judged, Limits, QUICK, REPEATS, Work, pairs, runs};
-use metrolux::chain::{Direct::Separate, Shares};
+use super::{Effort, Judged, LONG, Limits, QUICK, REPEATS, Work, pairs, runs};
+use metrolux::chain::Direct::{InChain, Separate};
+use metrolux::chain::Shares;
 use metrolux::mutation::Strategy;
 use metrolux::path::World;
 
@@ -88,6 +89,39 @@ fn plate() {
 #[test]
 fn corner() {
     of("corner", CORNER, 3, &[Strategy::LensSubpath], ALONE);
+}
+
+/// Two-stage Metropolis, where the image is uneven: chains that sample τ/I0, direct light in them or not.
+fn two_stage_of(work: Work, limits: Limits) {
+    let scene = of_text(16, CAMERA, &format!("{ROOM}{CORNER}"));
+    let accel = embree(&scene);
+    let world = World::new(&scene, &accel, 3);
+    let grid = Grid::new(&world, 8);
+    let mut all = runs::<4, _>(&world, work, limits, &[]);
+    for (direct, limit, longer) in [(Separate, limits.mlt, 1), (InChain, limits.in_chain, 4)] {
+        let mut chains = work.chains(direct);
+        chains.options.test_samples = Some(4);
+        // In the chain, direct light takes most of the steps.
+        chains.steps *= longer;
+        all.push(Judged {
+            name: format!("two-stage {direct:?}"),
+            run: estimate::mlt::<4, _>(&world, grid, chains, 23, REPEATS),
+            limit,
+            indirect: limits.indirect,
+        });
+    }
+    agree("two-stage", &pairs(&all, limits));
+}
+
+#[test]
+fn two_stage() {
+    two_stage_of(QUICK.work, QUICK.limits);
+}
+
+#[test]
+#[ignore = "minutes; make test-long"]
+fn two_stage_long() {
+    two_stage_of(LONG.work, LONG.limits);
 }
 
 /// LSDSE, which no other perturbation suits.

@@ -17,7 +17,7 @@ const STEPS: usize = 24;
 
 /// Net flux between all pairs of cells with enough traffic, by families.
 fn flux<const N: usize>(world: &Room, options: &MltOptions, samples: u64) -> Verdict {
-    let set = Setting { world, options };
+    let set = Setting::new(world, options);
     let mut seeds = Seeds::<N>::new(world, options.direct == Direct::Separate);
     // A path that suits no strategy stays, and brings no flux.
     let draw = |seeds: &mut Seeds<N>, rng: &mut Rng| {
