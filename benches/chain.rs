@@ -95,11 +95,11 @@ fn told(strategies: &[metrolux::chain::StrategyStats; Strategy::ALL.len()]) -> S
 
 /// Chains of all groups after a while of default steps.
 fn chains<A: Accel>(world: &World<A>, options: &MltOptions) -> Vec<Chain<LANES>> {
-    let set = Setting { world, options };
+    let set = Setting::new(world, options);
     let mut sampler = Sampler::<LANES>::new(world.max_edges);
     let mut chains = Vec::new();
     for group in 0..options.groups {
-        let batch = seed_group::<LANES, A>(world, options, 1, 0, group, &mut Tally::default());
+        let batch = seed_group::<LANES, A>(&set, 1, 0, group, &mut Tally::default());
         for (c, seed) in batch.seeds.iter().enumerate() {
             if replay(
                 world,
@@ -113,6 +113,10 @@ fn chains<A: Accel>(world: &World<A>, options: &MltOptions) -> Vec<Chain<LANES>>
             ) {
                 let rng = Rng::new(1, stage::CHAIN, group, c as u32);
                 let mut chain = Chain::new(world.max_edges, rng);
+                let entries = options.entries(&world.lens, 1, 0, group, c as u32);
+                if let Some(e) = entries {
+                    chain.stratify(e);
+                }
                 let (path, pool) = sampler.joined();
                 chain.start(path, pool);
                 for _ in 0..500 {
@@ -150,10 +154,7 @@ fn strategies(c: &mut Criterion) {
                 shares: Shares::only(strategy, 0.0),
                 ..options
             };
-            let set = Setting {
-                world: &world,
-                options: &alone,
-            };
+            let set = Setting::new(&world, &alone);
             let steps = STEPS * chains.len() as u64;
             group.throughput(Throughput::Elements(steps));
             group.bench_function(format!("{}, {name}", strategy.name()), |b| {

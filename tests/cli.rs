@@ -217,7 +217,7 @@ fn the_stats_have_what_was_promised() {
 fn shares_of_the_strategies_are_set_and_written_down() {
     let dir = Folder::new();
     let (out, stats) = (dir.path("a.exr"), dir.path("stats.json"));
-    let shares = |scene: &Path, extra: &[&str]| -> [f64; 5] {
+    let shares = |scene: &Path, extra: &[&str]| -> [f64; 6] {
         let mut c = small_render(scene, &out);
         c.args(["--rounds", "1", "--stats"]).arg(&stats);
         c.args(extra).assert().code(0);
@@ -227,6 +227,7 @@ fn shares_of_the_strategies_are_set_and_written_down() {
             "lens",
             "caustic",
             "multichain",
+            "lenssubpath",
             "wavelength",
         ]
         .map(|name| {
@@ -238,9 +239,9 @@ fn shares_of_the_strategies_are_set_and_written_down() {
     };
     let given = "bidirectional=2,lens=1,caustic=1,wavelength=1";
     let found = shares(&cornell(), &["--mutate", given]);
-    assert_eq!(found, [0.4, 0.2, 0.2, 0.0, 0.2]);
+    assert_eq!(found, [0.4, 0.2, 0.2, 0.0, 0.0, 0.2]);
     let bytes = fs::read(&out).expect("an image");
-    let text = "bidirectional=0.4,lens=0.2,caustic=0.2,multichain=0,wavelength=0.2";
+    let text = "bidirectional=0.4,lens=0.2,caustic=0.2,multichain=0,lenssubpath=0,wavelength=0.2";
     assert!(
         bytes.windows(text.len()).any(|w| w == text.as_bytes()),
         "the header holds the shares"

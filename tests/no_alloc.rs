@@ -75,7 +75,8 @@ fn allocations<const N: usize>() -> (u64, u64) {
     };
     assert!(options.shares.0.iter().all(|s| *s > 0.0));
     let mut tally = Tally::default();
-    let batch = seed_group::<N, _>(&world, &options, 1, 0, 0, &mut tally);
+    let set = Setting::new(&world, &options);
+    let batch = seed_group::<N, _>(&set, 1, 0, 0, &mut tally);
     let mut sampler = Sampler::<N>::new(world.max_edges);
     assert!(replay(
         &world,
@@ -89,11 +90,9 @@ fn allocations<const N: usize>() -> (u64, u64) {
     ));
     let mut chain = Chain::<N>::new(world.max_edges, Rng::new(1, 0, 0, 0));
     let (path, pool) = sampler.joined();
+    let entries = options.entries(&world.lens, 1, 0, 0, 0);
+    chain.stratify(entries.expect("stratified by default"));
     chain.start(path, pool);
-    let set = Setting {
-        world: &world,
-        options: &options,
-    };
     let mut light = 0.0f64;
     let mut sink = |s: metrolux::chain::Splat| light += s.weight as f64;
     for _ in 0..1000 {

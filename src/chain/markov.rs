@@ -1,10 +1,11 @@
 //! The Markov step: choose a strategy, propose, accept or reject.
 
-use super::{ChainStats, Direct, MltOptions, Shares, Sink};
+use super::{ChainStats, Direct, MltOptions, Shares, Sink, TestImage};
 use crate::accel::Accel;
 use crate::mutation::{Context, Strategy, Workspace};
 use crate::path::{Path, Pool, World};
-use crate::sampling::Rng;
+use crate::sampling::{Entries, Rng};
+use glam::Vec2;
 
 /// A chain with its current path.
 pub struct Chain<const N: usize> {
@@ -12,8 +13,9 @@ pub struct Chain<const N: usize> {
     pub x: Path<N>,
     ws: Workspace<N>,
     rng: Rng,
+    entries: Option<Entries>,
     step: u64,
-    /// Expected-value weight of x not yet splatted.
+    /// Expected-value weight of x not yet splatted, times I0.
     pending: f64,
     stay: u64,
     /// The strategies that suit x; `None` when that is yet to be found out.
@@ -28,6 +30,25 @@ pub struct Setting<'a, A: Accel> {
     pub world: &'a World<'a, A>,
     /// The run's settings.
     pub options: &'a MltOptions,
+    /// I0 by which the target is divided; 1 everywhere without it.
+    pub test_image: Option<&'a TestImage>,
+}
+
+impl<'a, A: Accel> Setting<'a, A> {
+    /// Without a test image.
+    pub fn new(world: &'a World<'a, A>, options: &'a MltOptions) -> Self {
+        Self {
+            world,
+            options,
+            test_image: None,
+        }
+    }
+
+    /// I0 at a raster point.
+    #[inline]
+    pub fn i0(&self, raster: Vec2) -> f64 {
+        self.test_image.map_or(1.0, |i| i.at(raster))
+    }
 }
 
 /// The strategies that may be chosen at a path, a bit each.
@@ -86,12 +107,18 @@ impl<const N: usize> Chain<N> {
             x,
             ws,
             rng,
+            entries: None,
             step: 0,
             pending: 0.0,
             stay: 0,
             suited: None,
             stats: ChainStats::default(),
         }
+    }
+
+    /// From now on lens sub-paths start at these entries, which the chain shares with its group.
+    pub fn stratify(&mut self, entries: Entries) {
+        self.entries = Some(entries);
     }
 
     /// Starts at a copy of a path.
@@ -122,6 +149,8 @@ impl<const N: usize> Chain<N> {
         let shares = &set.options.shares;
         let mut accepted = false;
         let mut a = 0.0;
+        // Splats are f/τ, and the chain visits a path in proportion to τ/I0.
+        let stay = set.i0(self.x.raster);
         if at_x.0 != 0 {
             let chosen = at_x.pick(shares, self.rng.next_f64());
             let strategy = Strategy::ALL[chosen];
@@ -130,6 +159,7 @@ impl<const N: usize> Chain<N> {
             let mut ctx = Context {
                 world: set.world,
                 rng: &mut self.rng,
+                entries: self.entries.as_mut(),
                 tally: &mut self.stats.tally,
                 indirect_only: set.options.direct == Direct::Separate,
                 weigh_deletions: set.options.weigh_deletions,
@@ -140,24 +170,25 @@ impl<const N: usize> Chain<N> {
                 let at_y = Suited::to(set, &self.ws.y, &self.ws.pool);
                 // No way back where the strategy does not suit y.
                 let back = (at_y.0 >> chosen & 1) as f64 / at_y.total(shares);
-                let ratio = ratio * at_x.total(shares) * back;
+                let go = set.i0(self.ws.y.raster);
+                let ratio = ratio * at_x.total(shares) * back * (stay / go);
                 if self.stats.tally.check(ratio) {
                     a = ratio.min(1.0);
                 }
                 accepted = self.rng.next_f64() < a;
                 if set.options.expected_values {
-                    self.pending += 1.0 - a;
+                    self.pending += (1.0 - a) * stay;
                     if accepted {
                         self.flush(sink);
-                        self.pending = a;
+                        self.pending = a * go;
                     } else if a > 0.0 {
-                        sink.splat(&self.ws.y, a);
+                        sink.splat(&self.ws.y, a * go);
                     }
                 } else {
                     if accepted {
                         self.flush(sink);
                     }
-                    self.pending += 1.0;
+                    self.pending += if accepted { go } else { stay };
                 }
                 if accepted {
                     self.stats.strategies[chosen].accepted += 1;
@@ -165,13 +196,13 @@ impl<const N: usize> Chain<N> {
                     self.suited = Some(at_y);
                 }
             } else {
-                self.pending += 1.0;
+                self.pending += stay;
             }
             if !accepted {
                 self.ws.reject();
             }
         } else {
-            self.pending += 1.0;
+            self.pending += stay;
         }
         if accepted {
             self.stay = 0;

@@ -6,6 +6,7 @@ mod schedule;
 mod seeding;
 mod sink;
 mod stats;
+mod test_image;
 
 pub use markov::{Chain, Setting};
 pub use options::{Direct, MltOptions, Shares};
@@ -13,6 +14,7 @@ pub use schedule::{Generation, Mlt};
 pub use seeding::{Batch, Seed, replay, seed_group};
 pub use sink::{Sink, Splat};
 pub use stats::{ChainStats, StrategyStats};
+pub use test_image::TestImage;
 
 /// Names of the random streams: one for each use, so that none ever overlap.
 pub mod stage {
@@ -26,4 +28,6 @@ pub mod stage {
     pub const CAMERA: u32 = 4;
     /// The direct-lighting pass.
     pub const DIRECT: u32 = 5;
+    /// Entries of lens sub-paths.
+    pub const ENTRIES: u32 = 6;
 }

@@ -1,7 +1,10 @@
 //! Settings of Metropolis light transport. None of them depends on budget, threads or clock (DESIGN §8).
 
+use super::stage;
 use crate::film::Bins;
 use crate::mutation::Strategy;
+use crate::path::Lens;
+use crate::sampling::{Cells, Entries, Table};
 use crate::scatter::may_be_specular;
 use crate::scene::Scene;
 
@@ -22,7 +25,7 @@ pub struct Shares(pub [f64; Strategy::ALL.len()]);
 impl Default for Shares {
     /// For scenes without a delta lobe.
     fn default() -> Self {
-        Self([0.35, 0.6, 0.0, 0.0, 0.05])
+        Self([0.35, 0.5, 0.0, 0.0, 0.1, 0.05])
     }
 }
 
@@ -31,7 +34,7 @@ impl Shares {
     /// without them pay nothing for either.
     pub fn for_scene(scene: &Scene) -> Self {
         if scene.materials.iter().any(may_be_specular) {
-            Self([0.35, 0.4, 0.1, 0.1, 0.05])
+            Self([0.35, 0.3, 0.1, 0.1, 0.1, 0.05])
         } else {
             Self::default()
         }
@@ -67,6 +70,12 @@ pub struct MltOptions {
     pub weigh_deletions: bool,
     /// Splat both states by their probability (Veach 11.5.2).
     pub expected_values: bool,
+    /// Lens sub-paths are stratified over the image plane (Veach 11.4.4).
+    pub stratify: bool,
+    /// n_e: different chains of a group that get the same lens sub-path; far fewer than its chains.
+    pub entry_uses: u32,
+    /// Samples a pixel of the test image of two-stage Metropolis (Veach 11.5.3); without it there is one stage.
+    pub test_samples: Option<u32>,
     /// Samples a pixel of the direct pass for each mutation a pixel.
     pub direct_per_mutation: f64,
     /// Also fill these spectral bins; the world's target must be `Target::Bins`.
@@ -85,6 +94,9 @@ impl Default for MltOptions {
             direct: Direct::Separate,
             weigh_deletions: true,
             expected_values: true,
+            stratify: true,
+            entry_uses: 2,
+            test_samples: None,
             direct_per_mutation: 0.125,
             bins: None,
         }
@@ -95,6 +107,27 @@ impl MltOptions {
     /// Mutations of all chains in one round.
     pub fn mutations_per_round(&self) -> u64 {
         self.groups as u64 * self.chains as u64 * self.round as u64
+    }
+
+    /// The entries of chain number `chain` of a group in a generation; none if lens sub-paths are not stratified.
+    pub fn entries(
+        &self,
+        lens: &Lens,
+        seed: u64,
+        generation: u32,
+        group: u32,
+        chain: u32,
+    ) -> Option<Entries> {
+        let table = Table {
+            seed,
+            stage: stage::ENTRIES,
+            group,
+            generation,
+            chains: self.chains,
+            uses: self.entry_uses,
+        };
+        let cells = Cells::new(lens.lo, lens.hi);
+        self.stratify.then(|| Entries::new(table, chain, cells))
     }
 
     /// Rounds that give at least `per_pixel` mutations for each of `pixels`.

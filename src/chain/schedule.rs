@@ -5,7 +5,7 @@
 
 use super::markov::{Chain, Setting};
 use super::sink::{Buffers, FilmSink, Films};
-use super::{Batch, ChainStats, MltOptions, replay, seed_group, stage};
+use super::{Batch, ChainStats, MltOptions, TestImage, replay, seed_group, stage};
 use crate::accel::Accel;
 use crate::film::{Crop, Filter, GroupFilm, Reserve};
 use crate::path::{Sampler, Tally, World};
@@ -30,7 +30,7 @@ pub struct Generation<const N: usize> {
 struct Member<const N: usize> {
     chain: Chain<N>,
     group: u32,
-    /// Brightness of the group in this generation.
+    /// Integral of the group's target in this generation.
     b: f64,
 }
 
@@ -41,6 +41,7 @@ type Seeded<const N: usize> = (Batch, Vec<Member<N>>, Tally);
 pub struct Mlt<'a, A: Accel, const N: usize> {
     world: &'a World<'a, A>,
     options: MltOptions,
+    test_image: Option<TestImage>,
     seed: u64,
     crop: Crop,
     filter: Filter,
@@ -72,6 +73,7 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
         Self {
             world,
             options,
+            test_image: None,
             seed,
             crop,
             filter: Filter::new(&world.scene.settings.filter),
@@ -85,6 +87,13 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
             stats: ChainStats::default(),
             seeding: Tally::default(),
         }
+    }
+
+    /// The same with a target divided by I0; before the first round.
+    pub fn with_test_image(mut self, test_image: Option<TestImage>) -> Self {
+        assert!(self.generation.is_none(), "I0 is fixed before seeding");
+        self.test_image = test_image;
+        self
     }
 
     /// Makes `rounds` more rounds, starting generations as they fall due.
@@ -102,6 +111,7 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
             let set = Setting {
                 world: self.world,
                 options: &self.options,
+                test_image: self.test_image.as_ref(),
             };
             let (film, groups, idle, unit) = (&self.film, &self.groups, &self.idle, self.unit);
             let (crop, filter) = (self.crop, &self.filter);
@@ -142,11 +152,16 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
             g.chains.iter().for_each(|m| self.stats += m.chain.stats);
         }
         let (world, options, seed) = (self.world, &self.options, self.seed);
+        let set = Setting {
+            world,
+            options,
+            test_image: self.test_image.as_ref(),
+        };
         let seeded: Vec<Seeded<N>> = (0..options.groups)
             .into_par_iter()
             .map(|group| {
                 let mut tally = Tally::default();
-                let batch = seed_group::<N, A>(world, options, seed, index, group, &mut tally);
+                let batch = seed_group::<N, A>(&set, seed, index, group, &mut tally);
                 let mut sampler = Sampler::new(world.max_edges);
                 let chains = batch
                     .seeds
@@ -169,9 +184,13 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
                         let id = index * options.chains + c as u32;
                         let mut chain =
                             Chain::new(world.max_edges, Rng::new(seed, stage::CHAIN, group, id));
+                        let entries = options.entries(&world.lens, seed, index, group, c as u32);
+                        if let Some(e) = entries {
+                            chain.stratify(e);
+                        }
                         let (path, pool) = sampler.joined();
                         chain.start(path, pool);
-                        let b = batch.b;
+                        let b = batch.target;
                         Some(Member { chain, group, b })
                     })
                     .collect();

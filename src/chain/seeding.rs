@@ -1,6 +1,6 @@
 //! Seeding: bidirectional samples with weights, systematic resampling, replay (Veach 11.3.1).
 
-use super::{Direct, MltOptions, stage};
+use super::{Direct, MltOptions, Setting, stage};
 use crate::accel::Accel;
 use crate::path::{Heuristic, Sampler, Tally, World};
 use crate::sampling::Rng;
@@ -21,7 +21,9 @@ pub struct Seed {
 pub struct Batch {
     /// Mean weight b_g: the integral of τ over the group's paths.
     pub b: f64,
-    /// Mean of the squared weights.
+    /// Mean weight over I0: the integral of the chains' target τ/I0. It scales the film.
+    pub target: f64,
+    /// Mean of the squares of the weights over I0.
     pub square: f64,
     /// One for each chain; empty if b is 0.
     pub seeds: Vec<Seed>,
@@ -49,15 +51,16 @@ fn draw<const N: usize, A: Accel>(
 /// Seeds one group: n samples, each keeping one of its paths in proportion to its weight, then n' of them at equal
 /// intervals of the cumulative weight.
 pub fn seed_group<const N: usize, A: Accel>(
-    world: &World<A>,
-    options: &MltOptions,
+    set: &Setting<A>,
     seed: u64,
     generation: u32,
     group: u32,
     tally: &mut Tally,
 ) -> Batch {
+    let (world, options) = (set.world, set.options);
     let mut sampler = Sampler::<N>::new(world.max_edges);
     let indirect = options.direct == Direct::Separate;
+    let mut bright = 0.0f64;
     let mut chosen = Vec::with_capacity(options.seeds as usize);
     let (mut total, mut square) = (0.0f64, 0.0f64);
     for sample in 0..options.seeds {
@@ -65,9 +68,11 @@ pub fn seed_group<const N: usize, A: Accel>(
         draw(world, &mut sampler, &mut rng, tally);
         let (mut weight, mut pick) = (0.0f64, Seed { sample, s: 0, t: 0 });
         sampler.join(world, Heuristic::Balance, indirect, tally, |j, _| {
-            weight += j.weight;
+            let part = j.weight / set.i0(j.path.raster);
+            bright += j.weight;
+            weight += part;
             // Reservoir of one: each path with probability proportional to its weight.
-            if rng.next_f64() * weight < j.weight {
+            if rng.next_f64() * weight < part {
                 pick = Seed {
                     sample,
                     s: j.s as u16,
@@ -96,7 +101,8 @@ pub fn seed_group<const N: usize, A: Accel>(
         }
     }
     Batch {
-        b: total / n,
+        b: bright / n,
+        target: total / n,
         square: square / n,
         seeds,
     }

@@ -122,6 +122,9 @@ impl Job {
         if args.target.is_some() && !is_mlt {
             return Err(usage("--target is for --integrator mlt".into()));
         }
+        if args.two_stage && !is_mlt {
+            return Err(usage("--two-stage is for --integrator mlt".into()));
+        }
         if args.mutate.is_some() && !is_mlt {
             return Err(usage("--mutate is for --integrator mlt".into()));
         }

@@ -144,13 +144,16 @@ pub struct RenderArgs {
     /// Who computes direct light (mlt)
     #[arg(long, value_enum, default_value = "separate")]
     pub direct: DirectArg,
+    /// Even out samples between bright and dark pixels by a coarse image rendered first (mlt)
+    #[arg(long)]
+    pub two_stage: bool,
     /// Also write this many spectral bins over 360–830 nm into EXR files
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=128))]
     pub spectral: Option<u32>,
     /// What a chain's visits are proportional to (mlt); mixed unless given
     #[arg(long, value_enum)]
     pub target: Option<TargetArg>,
-    /// Shares of the mutation strategies (mlt), as bidirectional=0.5,lens=0.3,caustic=0.1,multichain=0.1,wavelength=0.05
+    /// Shares of the mutation strategies (mlt), as bidirectional=0.5,lens=0.3,caustic=0.1,multichain=0.1,lenssubpath=0.1,wavelength=0.05
     ///
     /// Relative to each other; 0 removes a strategy, and so does not naming it (wavelength then has 5 %). Bidirectional
     /// must be > 0. By default fixed shares, with caustic and multichain only where the scene has specular surfaces.
@@ -202,6 +205,9 @@ fn save_rays<A: Accel>(recorder: &Recorder<A>, file: &Path) -> Result<(), CliErr
     }
     Ok(())
 }
+
+/// Samples a pixel of the test image of `--two-stage`: 25 pixels are averaged.
+const TEST_SAMPLES: u32 = 4;
 
 /// Runs the sub-command.
 pub fn run(args: &RenderArgs) -> Result<ExitCode, CliError> {
@@ -323,6 +329,7 @@ fn render<const N: usize, A: Accel>(
                 direct,
                 bins: job.bins,
                 shares: job.shares,
+                test_samples: args.two_stage.then_some(TEST_SAMPLES),
                 ..MltOptions::default()
             };
             let r = mlt::<N, A>(&world, &options, job.stop, args.seed, &bar, &mut tally);

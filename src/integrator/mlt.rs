@@ -2,7 +2,7 @@
 
 use super::pt::add_samples;
 use super::target::Looks;
-use super::{CameraPass, Clock, Paths, Progress, Stop};
+use super::{CameraPass, Clock, Paths, Progress, Stop, test_image};
 use crate::accel::Accel;
 use crate::chain::{ChainStats, Direct, Mlt, MltOptions, stage};
 use crate::film::PixelErrors;
@@ -45,12 +45,13 @@ pub fn mlt<const N: usize, A: Accel>(
 ) -> MltResult {
     let crop = world.scene.camera.crop;
     let pixels = (crop[2] - crop[0]) as u64 * (crop[3] - crop[1]) as u64;
-    let mut run = Mlt::<A, N>::new(world, *options, seed);
-    let mut direct = CameraPass::new(world, options.bins, stage::DIRECT, seed);
     let stop = stop.into();
     let mut looks = Looks::new(stop.target_error, 1);
     let rounds_for = |n| options.rounds_for(n, pixels);
     let clock = Clock::new(stop.budget, rounds_for).in_stretches(rounds_for(STRETCH));
+    let i0 = test_image::<N, A>(world, options, seed, tally);
+    let mut run = Mlt::<A, N>::new(world, *options, seed).with_test_image(i0);
+    let mut direct = CameraPass::new(world, options.bins, stage::DIRECT, seed);
     // A function of the rounds alone, so that a longer run repeats a shorter one.
     let direct_for = |rounds: u64| {
         let per_pixel = (rounds * options.mutations_per_round()) as f64 / pixels as f64;

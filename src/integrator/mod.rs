@@ -9,6 +9,7 @@ mod progress;
 mod pt;
 mod radiance;
 mod target;
+mod test_image;
 
 pub use bdpt::{Bdpt, bdpt, bdpt_bins};
 pub use camera_pass::{CameraPass, Gathered};
@@ -17,6 +18,7 @@ pub use progress::{Budget, Clock, Progress, Quiet};
 pub use pt::{pt, pt_bins};
 pub use radiance::{Paths, radiance};
 pub use target::Stop;
+pub use test_image::test_image;
 
 use crate::film::PixelErrors;
 

@@ -15,6 +15,8 @@ pub(crate) enum Density {
     Caustic,
     /// The multi-chain perturbation's density of paths seen in odd rows of pixels.
     MultiChain,
+    /// The lens sub-path mutation's density of paths seen in odd rows of pixels.
+    LensSubpath,
     /// The wavelength mutation's density of u < 1/2.
     Wavelength,
 }

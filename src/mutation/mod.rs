@@ -7,6 +7,7 @@ mod bidirectional;
 mod caustic;
 mod falsify;
 mod lens;
+mod lens_subpath;
 mod multi_chain;
 #[cfg(test)]
 mod tests;
@@ -16,12 +17,13 @@ mod wavelength;
 pub use bidirectional::Bidirectional;
 pub use caustic::CausticPerturbation;
 pub use lens::LensPerturbation;
+pub use lens_subpath::LensSubpath;
 pub use multi_chain::MultiChainPerturbation;
 pub use wavelength::Wavelength;
 
 use crate::accel::Accel;
 use crate::path::{Ends, Palette, Path, Pool, Tally, Vertex, World, trace_into};
-use crate::sampling::Rng;
+use crate::sampling::{Entries, Rng};
 use crate::scatter::Mode;
 use crate::scene::spectrum::Lanes;
 use glam::Vec3;
@@ -38,17 +40,20 @@ pub enum Strategy {
     Caustic,
     /// Moves the raster point, and directions between specular chains, a little (Veach 11.4.3.3).
     MultiChain,
+    /// Replaces the lens sub-path by a stratified one (Veach 11.4.4).
+    LensSubpath,
     /// Redraws the wavelengths.
     Wavelength,
 }
 
 impl Strategy {
     /// All strategies.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::Bidirectional,
         Self::Lens,
         Self::Caustic,
         Self::MultiChain,
+        Self::LensSubpath,
         Self::Wavelength,
     ];
 
@@ -59,6 +64,7 @@ impl Strategy {
             Self::Lens => "lens",
             Self::Caustic => "caustic",
             Self::MultiChain => "multichain",
+            Self::LensSubpath => "lenssubpath",
             Self::Wavelength => "wavelength",
         }
     }
@@ -73,6 +79,7 @@ impl Strategy {
             Self::Lens => LensPerturbation::suits(x, pool).is_some(),
             Self::Caustic => CausticPerturbation::suits(x).is_some(),
             Self::MultiChain => MultiChainPerturbation::suits(x, pool).is_some(),
+            Self::LensSubpath => LensSubpath::suits(x).is_some(),
             Self::Wavelength => Wavelength::suits(dispersive, x, pool),
         }
     }
@@ -90,6 +97,7 @@ impl Strategy {
             Self::Lens => LensPerturbation::propose(x, ws, ctx),
             Self::Caustic => CausticPerturbation::propose(x, ws, ctx),
             Self::MultiChain => MultiChainPerturbation::propose(x, ws, ctx),
+            Self::LensSubpath => LensSubpath::propose(x, ws, ctx),
             Self::Wavelength => Wavelength::propose(x, ws, ctx),
         }
     }
@@ -222,6 +230,8 @@ pub struct Context<'a, A: Accel> {
     pub world: &'a World<'a, A>,
     /// Random numbers of this step.
     pub rng: &'a mut Rng,
+    /// Where lens sub-paths start; from `rng` if there are none.
+    pub entries: Option<&'a mut Entries>,
     /// Counters.
     pub tally: &'a mut Tally,
     /// Paths of the direct-lighting pass are not the chain's.

@@ -92,6 +92,15 @@ impl<const N: usize> CoatedDiffuse<N> {
         r / (r + (1.0 - r) * self.weight)
     }
 
+    /// Probability that [`Self::sample`] takes a lobe that is not a delta.
+    #[inline]
+    pub fn non_specular_probability(&self, from: Vec3) -> f32 {
+        match &self.coat {
+            Coat::Smooth => 1.0 - self.coat_probability(from),
+            Coat::Rough(..) => 1.0,
+        }
+    }
+
     /// Density over both non-specular lobes.
     #[inline]
     pub fn pdf(&self, from: Vec3, to: Vec3) -> f32 {

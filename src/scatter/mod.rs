@@ -179,6 +179,15 @@ impl<const N: usize> Bsdf<N> {
         )
     }
 
+    /// Probability that [`Self::sample`] takes a non-delta lobe.
+    #[inline]
+    pub fn non_specular_probability(&self, from: Vec3, _dir: Transport) -> f32 {
+        match self {
+            Self::CoatedDiffuse(b) => b.non_specular_probability(from),
+            _ => self.has_non_specular() as u8 as f32,
+        }
+    }
+
     /// Some lobe is delta.
     #[inline]
     pub fn has_specular(&self) -> bool {

@@ -1,11 +1,12 @@
 //! Each perturbation alone beside 10 % bidirectional mutations, on scenes of specular chains: a plate of glass under a
-//! lamp, and water over a floor.
+//! lamp, water over a floor, a corner with a mirror.
 
 use super::common::estimate::{self, Grid};
 use super::common::scene::{embree, of_text};
 use super::common::stats::agree;
-use super::{Effort, Judged, Limits, QUICK, REPEATS, Work, pairs, runs};
-use metrolux::chain::{Direct::Separate, Shares};
+use super::{Effort, Judged, LONG, Limits, QUICK, REPEATS, Work, pairs, runs};
+use metrolux::chain::Direct::{InChain, Separate};
+use metrolux::chain::Shares;
 use metrolux::mutation::Strategy;
 use metrolux::path::World;
 
@@ -32,6 +33,18 @@ const PLATE: &str = r#"Shape "trianglemesh"
 /// The surface of a pool: LSDSE.
 const POOL: &str = r#"Shape "trianglemesh"
     "point3 P" [ -2.1 -2.1 0.4  2.1 -2.1 0.4  2.1 2.1 0.4  -2.1 2.1 0.4 ]
+    "integer indices" [ 0 1 2 0 2 3 ]"#;
+
+/// A wall, and a mirror beside it: LDDE, and LDDSE in the mirror. On the floor lies a coated sheet, where modes are
+/// chosen.
+const CORNER: &str = r#"
+Material "diffuse" "rgb reflectance" [ 0.3 0.6 0.7 ]
+Shape "trianglemesh" "point3 P" [ -2 1 0  2 1 0  2 1 2.5  -2 1 2.5 ] "integer indices" [ 0 1 2 0 2 3 ]
+Material "coateddiffuse" "rgb reflectance" [ 0.5 0.5 0.5 ] "float eta" 2.5 "float roughness" 0
+Shape "trianglemesh" "point3 P" [ -0.9 -0.6 0.01  0.9 -0.6 0.01  0.9 0.6 0.4  -0.9 0.6 0.4 ]
+    "integer indices" [ 0 1 2 0 2 3 ]
+Material "conductor" "rgb reflectance" [ 0.9 0.9 0.8 ]
+Shape "trianglemesh" "point3 P" [ 0.2 0.9 0.5  1.2 0.6 0.5  1.2 0.6 1.5  0.2 0.9 1.5 ]
     "integer indices" [ 0 1 2 0 2 3 ]"#;
 
 fn of(what: &str, glass: &str, depth: u32, strategies: &[Strategy], effort: Effort) {
@@ -72,6 +85,45 @@ fn plate() {
     of("plate of glass", PLATE, 3, &strategies, ALONE);
 }
 
+/// (L|D)DS*E: lens sub-path mutation.
+#[test]
+fn corner() {
+    of("corner", CORNER, 3, &[Strategy::LensSubpath], ALONE);
+}
+
+/// Two-stage Metropolis, where the image is uneven: chains that sample τ/I0, direct light in them or not.
+fn two_stage_of(work: Work, limits: Limits) {
+    let scene = of_text(16, CAMERA, &format!("{ROOM}{CORNER}"));
+    let accel = embree(&scene);
+    let world = World::new(&scene, &accel, 3);
+    let grid = Grid::new(&world, 8);
+    let mut all = runs::<4, _>(&world, work, limits, &[]);
+    for (direct, limit, longer) in [(Separate, limits.mlt, 1), (InChain, limits.in_chain, 4)] {
+        let mut chains = work.chains(direct);
+        chains.options.test_samples = Some(4);
+        // In the chain, direct light takes most of the steps.
+        chains.steps *= longer;
+        all.push(Judged {
+            name: format!("two-stage {direct:?}"),
+            run: estimate::mlt::<4, _>(&world, grid, chains, 23, REPEATS),
+            limit,
+            indirect: limits.indirect,
+        });
+    }
+    agree("two-stage", &pairs(&all, limits));
+}
+
+#[test]
+fn two_stage() {
+    two_stage_of(QUICK.work, QUICK.limits);
+}
+
+#[test]
+#[ignore = "minutes; make test-long"]
+fn two_stage_long() {
+    two_stage_of(LONG.work, LONG.limits);
+}
+
 /// LSDSE, which no other perturbation suits.
 #[test]
 fn pool() {
@@ -100,4 +152,6 @@ fn long() {
     let strategies = [Strategy::Lens, Strategy::Caustic, Strategy::MultiChain];
     of("plate of glass", PLATE, 5, &strategies, effort);
     of("pool", POOL, 5, &strategies, effort);
+    let strategies = [Strategy::Lens, Strategy::LensSubpath];
+    of("corner", CORNER, 5, &strategies, effort);
 }

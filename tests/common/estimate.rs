@@ -7,7 +7,7 @@ use super::stats::Estimate;
 use glam::Vec2;
 use metrolux::accel::Accel;
 use metrolux::chain::{Chain, Direct, MltOptions, Setting, Splat, replay, seed_group};
-use metrolux::integrator::{Paths, radiance};
+use metrolux::integrator::{Paths, radiance, test_image};
 use metrolux::path::{Heuristic, Palette, Sampler, Tally, World};
 use metrolux::sampling::Rng;
 use metrolux::scene::FilterKind;
@@ -267,15 +267,24 @@ pub fn mlt<const N: usize, A: Accel>(
 ) -> Run {
     let options = &chains.options;
     Run::new(grid, repeats, |r, sums, tally| {
-        let batch = seed_group::<N, A>(world, options, seed, 0, r, tally);
-        let set = Setting { world, options };
+        let i0 = test_image::<N, A>(world, options, seed + r as u64, tally);
+        let set = Setting {
+            world,
+            options,
+            test_image: i0.as_ref(),
+        };
+        let batch = seed_group::<N, A>(&set, seed, 0, r, tally);
         let mut sampler = Sampler::new(world.max_edges);
-        let scale = batch.b / (options.chains as f64 * chains.steps as f64);
+        let scale = batch.target / (options.chains as f64 * chains.steps as f64);
         for (c, &s) in batch.seeds.iter().enumerate() {
             assert!(replay(world, options, seed, 0, r, s, &mut sampler, tally));
             let (path, pool) = sampler.joined();
             let rng = Rng::new(seed, STAGE_CHAIN, r, c as u32);
             let mut chain = Chain::<N>::new(world.max_edges, rng);
+            let entries = options.entries(&world.lens, seed, 0, r, c as u32);
+            if let Some(e) = entries {
+                chain.stratify(e);
+            }
             chain.start(path, pool);
             let mut sink = |s: Splat| {
                 let y = s.xyz[1] as f64 * s.weight as f64 * scale;

@@ -17,7 +17,7 @@ const STEPS: usize = 24;
 
 /// Net flux between all pairs of cells with enough traffic, by families.
 fn flux<const N: usize>(world: &Room, options: &MltOptions, samples: u64) -> Verdict {
-    let set = Setting { world, options };
+    let set = Setting::new(world, options);
     let mut seeds = Seeds::<N>::new(world, options.direct == Direct::Separate);
     // A path that suits no strategy stays, and brings no flux.
     let draw = |seeds: &mut Seeds<N>, rng: &mut Rng| {
@@ -117,7 +117,7 @@ const SAMPLES: u64 = 500_000;
 /// Options under which all strategies, and the choice among them, take part.
 pub(super) fn mixed(direct: Direct) -> MltOptions {
     MltOptions {
-        shares: Shares([0.3, 0.2, 0.15, 0.15, 0.2]),
+        shares: Shares([0.25, 0.15, 0.15, 0.15, 0.1, 0.2]),
         direct,
         ..MltOptions::default()
     }
@@ -233,6 +233,11 @@ fn a_false_density_of_the_multi_chain_perturbation_is_found_out() {
         Density::MultiChain,
         Strategy::MultiChain,
     );
+}
+
+#[test]
+fn a_false_density_of_the_lens_subpath_mutation_is_found_out() {
+    found_out(BOX, Density::LensSubpath, Strategy::LensSubpath);
 }
 
 #[test]

@@ -91,6 +91,7 @@ pub(super) fn proposals<const N: usize>(
         let mut ctx = Context {
             world,
             rng: &mut rng,
+            entries: None,
             tally: &mut tally,
             indirect_only: false,
             weigh_deletions: true,

@@ -8,14 +8,15 @@ mod integral;
 mod integral_caustic;
 mod integral_chains;
 mod integral_lens;
+mod integral_subpath;
 mod scenes;
 mod start_up;
 mod stats;
 mod steps;
 
 use super::{
-    Bidirectional, CausticPerturbation, Context, LensPerturbation, MultiChainPerturbation,
-    Strategy, Wavelength,
+    Bidirectional, CausticPerturbation, Context, LensPerturbation, LensSubpath,
+    MultiChainPerturbation, Strategy, Wavelength,
 };
 use crate::accel::Embree;
 use crate::path::{Ends, Path, Pool};
@@ -38,6 +39,7 @@ fn ratio<const N: usize>(
             CausticPerturbation::ratio(ctx.world, x, y, pool, ends.light - 1).unwrap_or(0.0)
         }
         Strategy::MultiChain => MultiChainPerturbation::ratio(x, y, ends.light),
+        Strategy::LensSubpath => LensSubpath::ratio(x, y, pool, ends.light),
         Strategy::Wavelength => Wavelength::ratio(x, y),
     }
 }

@@ -44,6 +44,7 @@ fn walk<const N: usize>(
         let mut ctx = Context {
             world,
             rng: &mut local,
+            entries: None,
             tally: &mut tally,
             indirect_only,
             weigh_deletions: step % 2000 < 1000,
