@@ -110,6 +110,10 @@ pub struct Entries {
     cells: Cells,
     quota: u64,
     pattern: &'static Pattern,
+    /// The table's stream, before its step is chosen.
+    base: Rng,
+    /// The round last dealt from, and its order.
+    rover: (u64, Permutation),
     /// j: entries dealt.
     pub dealt: u64,
 }
@@ -127,12 +131,17 @@ impl Entries {
     /// Those of chain number `chain` < `table.chains`.
     pub fn new(table: Table, chain: u32, cells: Cells) -> Self {
         assert!(chain < table.chains && table.uses > 0);
+        let quota = ROUND.div_ceil(cells.len());
+        let base = Rng::new(table.seed, table.stage, table.group, table.generation);
+        let order = Permutation::new(cells.len() * quota, &mut stream(base, Use::Round, 0));
         Self {
             table,
             chain,
             cells,
-            quota: ROUND.div_ceil(cells.len()),
+            quota,
             pattern: Pattern::get(),
+            base,
+            rover: (0, order),
             dealt: 0,
         }
     }
@@ -154,11 +163,14 @@ impl Entries {
         self.entry(number)
     }
 
-    fn entry(&self, number: u64) -> Entry {
+    fn entry(&mut self, number: u64) -> Entry {
         let cells = self.cells.len();
         let (round, i) = (number / (cells * self.quota), number % (cells * self.quota));
-        let rover = Permutation::new(cells * self.quota, &mut self.stream(Use::Round, round));
-        let place = rover.at(i);
+        if self.rover.0 != round {
+            let mut rng = self.stream(Use::Round, round);
+            self.rover = (round, Permutation::new(cells * self.quota, &mut rng));
+        }
+        let place = self.rover.1.at(i);
         let (pass, cell) = (place / cells, place % cells);
         let cell = [cell % self.cells.count[0], cell / self.cells.count[0]];
         let mut shift = self.stream(Use::Pass, round * self.quota + pass);
@@ -175,11 +187,14 @@ impl Entries {
 
     #[inline]
     fn stream(&self, what: Use, n: u64) -> Rng {
-        let t = &self.table;
-        let mut rng = Rng::new(t.seed, t.stage, t.group, t.generation);
-        rng.set_step(n * 4 + what as u64);
-        rng
+        stream(self.base, what, n)
     }
+}
+
+#[inline]
+fn stream(mut base: Rng, what: Use, n: u64) -> Rng {
+    base.set_step(n * 4 + what as u64);
+    base
 }
 
 #[cfg(test)]
@@ -280,7 +295,7 @@ mod tests {
         let mut counts = [vec![0u32; 1024], vec![0u32; 1024]];
         let cell = |u: Vec2| (u.x * 32.0) as usize + 32 * (u.y * 32.0) as usize;
         for group in 0..runs {
-            let e = Entries::new(table(group, 4, 2), 1, cells);
+            let mut e = Entries::new(table(group, 4, 2), 1, cells);
             let r = e.entry(5).raster;
             counts[0][cell((r - lo) / (hi - lo))] += 1;
             counts[1][cell(r - r.floor())] += 1;
