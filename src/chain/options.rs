@@ -25,7 +25,7 @@ pub struct Shares(pub [f64; Strategy::ALL.len()]);
 impl Default for Shares {
     /// For scenes without a delta lobe.
     fn default() -> Self {
-        Self([0.35, 0.5, 0.0, 0.0, 0.1, 0.05])
+        Self([0.35, 0.55, 0.0, 0.0, 0.05, 0.05])
     }
 }
 
@@ -34,7 +34,7 @@ impl Shares {
     /// without them pay nothing for either.
     pub fn for_scene(scene: &Scene) -> Self {
         if scene.materials.iter().any(may_be_specular) {
-            Self([0.35, 0.3, 0.1, 0.1, 0.1, 0.05])
+            Self([0.35, 0.35, 0.1, 0.1, 0.05, 0.05])
         } else {
             Self::default()
         }

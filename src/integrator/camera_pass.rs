@@ -59,14 +59,18 @@ pub struct CameraPass {
     stage: u32,
     seed: u64,
     target: Target,
-    /// Σ w·X, w·Y, w·Z and (w·Y)² of each pixel.
-    pub(super) sums: Vec<[f64; 4]>,
+    /// Of each pixel: Σ w·X, w·Y, w·Z, (w·Y)², then Σ of (the w·Y of a block)² over the whole blocks of [`BLOCK`]
+    /// consecutive samples, and the w·Y of the block that is not whole yet.
+    pub(super) sums: Vec<[f64; 6]>,
     spectra: Option<(Bins, Vec<f64>)>,
     /// Samples a pixel so far, in the mean: a pixel has ⌊samples + its threshold⌋.
     pub samples: f64,
     /// A random shift of all thresholds, so that each is uniform.
     shift: u32,
 }
+
+/// Consecutive samples of a pixel that are told apart from others in its variance: as many as fill the pixel evenly.
+pub(super) const BLOCK: u64 = 8;
 
 /// Irrational steps of the Kronecker sequences that stratify a pixel's samples (R2 and the golden ratio).
 const R2: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
@@ -82,7 +86,7 @@ impl CameraPass {
             filter: Filter::new(&world.scene.settings.filter),
             stage,
             seed,
-            sums: vec![[0.0; 4]; n],
+            sums: vec![[0.0; 6]; n],
             spectra: bins.map(|b| (b, vec![0.0; n * b.count])),
             target: world.target,
             samples: 0.0,
@@ -110,7 +114,7 @@ impl CameraPass {
         };
         let count = bins.map_or(0, |b| b.count);
         let mut rest = spectra;
-        let rows: Vec<(&mut [[f64; 4]], &mut [f64])> = self
+        let rows: Vec<(&mut [[f64; 6]], &mut [f64])> = self
             .sums
             .chunks_mut(width)
             .map(|sums| {
@@ -165,7 +169,13 @@ impl CameraPass {
                         for (sum, v) in sum.iter_mut().zip(gathered.xyz) {
                             *sum += v * weight as f64;
                         }
-                        sum[3] += (gathered.xyz[1] * weight as f64).powi(2);
+                        let y = gathered.xyz[1] * weight as f64;
+                        sum[3] += y * y;
+                        sum[5] += y;
+                        if (i + 1) % BLOCK == 0 {
+                            sum[4] += sum[5] * sum[5];
+                            sum[5] = 0.0;
+                        }
                     }
                 }
                 done(s);
