@@ -98,7 +98,7 @@ fn two_stage_of(work: Work, limits: Limits) {
     let world = World::new(&scene, &accel, 3);
     let grid = Grid::new(&world, 8);
     let mut all = runs::<4, _>(&world, work, limits, &[]);
-    for (direct, limit, longer) in [(Separate, limits.mlt, 1), (InChain, limits.in_chain, 4)] {
+    for (direct, limit, longer) in [(Separate, limits.mlt, 1), (InChain, limits.in_chain, 6)] {
         let mut chains = work.chains(direct);
         chains.options.test_samples = Some(4);
         // In the chain, direct light takes most of the steps.
