@@ -3,7 +3,7 @@
 //!
 //! `METROLUX_SCENE=FILE` (scenes/ajar/ajar.pbrt), `METROLUX_THREADS=N` (one per core), `METROLUX_ROUNDS=R` (64; a round
 //! is 16 384 mutations) and `METROLUX_REPEATS=K` (5) change what is measured. Loading, building and output are outside;
-//! seeding and the direct pass are inside. A generation is 512 rounds: fewer give seeding, which is printed with the
+//! seeding and the direct pass are inside. A generation is 2048 rounds: fewer give seeding, which is printed with the
 //! direct pass as what the chains did not trace, too large a part.
 //!
 //! A render repeats itself bit for bit, so its rays are recorded once and render and replay then take turns. The ratio
