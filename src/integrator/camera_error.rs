@@ -80,11 +80,12 @@ mod tests {
     use super::*;
     use crate::accel::{Embree, EmbreeOptions};
     use crate::path::World;
+    use crate::sampling::Rng;
     use crate::scene::load::{LoadOptions, load_str};
+    use glam::Vec2;
 
-    /// Samples uniform in [0, 1), of variance 1/12, in 64 × 64 pixels.
-    #[test]
-    fn the_variance_is_right_in_the_mean_for_any_number_of_samples() {
+    /// `mean` samples a pixel of 64 × 64 pixels, each giving the luminance `f`.
+    fn pass(mean: f64, f: impl Fn(Vec2, &mut Rng) -> f64 + Sync) -> CameraPass {
         let text = r#"
             Film "rgb" "integer xresolution" 64 "integer yresolution" 64
             PixelFilter "box" "float xradius" 0.5 "float yradius" 0.5
@@ -95,15 +96,21 @@ mod tests {
             load_str(text, std::path::Path::new(""), &LoadOptions::default()).expect("a scene");
         let accel = Embree::new(&scene.geometry, EmbreeOptions::default()).expect("Embree builds");
         let world = World::new(&scene, &accel, 1);
+        let mut pass = CameraPass::new(&world, None, 1000, 1);
+        pass.run::<1, ()>(
+            mean,
+            || (),
+            |_, s, rng, sum| sum.xyz[1] += f(s.raster, rng),
+            |_| (),
+        );
+        pass
+    }
+
+    /// Samples uniform in [0, 1), of variance 1/12, in 64 × 64 pixels.
+    #[test]
+    fn the_variance_is_right_in_the_mean_for_any_number_of_samples() {
         for mean in [0.25, 0.5, 1.0, 1.5, 2.0, 16.0, 100.0] {
-            let mut pass = CameraPass::new(&world, None, 1000, 1);
-            pass.run::<1, ()>(
-                mean,
-                || (),
-                |_, _, rng, sum| sum.xyz[1] += rng.next_f64(),
-                |_| (),
-            );
-            let v = pass.variance();
+            let v = pass(mean, |_, rng| rng.next_f64()).variance();
             let found = v.iter().sum::<f64>() / v.len() as f64;
             let expected = if mean < 1.0 {
                 // 0 with probability 1 − mean, else a sample over `mean`.
@@ -127,24 +134,8 @@ mod tests {
     /// above the true variance, and well below that of independent samples.
     #[test]
     fn an_edge_is_not_taken_for_noise() {
-        let text = r#"
-            Film "rgb" "integer xresolution" 64 "integer yresolution" 64
-            PixelFilter "box" "float xradius" 0.5 "float yradius" 0.5
-            Camera "perspective"
-            WorldBegin
-            Shape "sphere""#;
-        let scene =
-            load_str(text, std::path::Path::new(""), &LoadOptions::default()).expect("a scene");
-        let accel = Embree::new(&scene.geometry, EmbreeOptions::default()).expect("Embree builds");
-        let world = World::new(&scene, &accel, 1);
         let n = 128.0;
-        let mut pass = CameraPass::new(&world, None, 1000, 1);
-        pass.run::<1, ()>(
-            n,
-            || (),
-            |_, s, _, sum| sum.xyz[1] += (s.raster.x.fract() > 0.37) as u8 as f64,
-            |_| (),
-        );
+        let pass = pass(n, |raster, _| (raster.x.fract() > 0.37) as u8 as f64);
         let pixels = pass.sums.len() as f64;
         let stated = pass.variance().iter().sum::<f64>() / pixels;
         let off = |s: &[f64; 6]| (s[1] / n - 0.63).powi(2);

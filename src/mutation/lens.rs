@@ -10,9 +10,9 @@ use super::falsify::{Density, factor, odd_row};
 use super::{Context, Workspace};
 use crate::accel::Accel;
 use crate::path::{Emitters, Ends, Kind, Path, Pool, deflect, exp2i};
-use crate::sampling::warp;
+use crate::sampling::{Rng, warp};
 use crate::scatter::{Mode, Transport};
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 
 /// See the module.
 pub struct LensPerturbation;
@@ -38,37 +38,15 @@ impl LensPerturbation {
         ws: &mut Workspace<N>,
         ctx: &mut Context<A>,
     ) -> Option<f64> {
-        let world = ctx.world;
         let first = Self::suits(x, &ws.pool)?;
-        let k = x.k();
-        let raster = Self::moved(x.raster, ctx)?;
-        ws.ends = Ends {
-            light: first,
-            eye: 1,
-        };
-        let mut cur = x.links[k].slot;
-        let mut w = world.lens.direction(ws.pool.get(cur).p, raster);
-        for i in (first..k).rev() {
-            let (v, mode) = (ws.pool.get(cur), x.links[i].mode);
-            let ray = (world.leave(v, v.p, w), w);
-            cur = ws.trace_from_eye(world, ray, mode, ctx.tally)?;
-            let next = ws.pool.get(cur);
-            if next.kind != Kind::Surface && i > 0 {
-                return None;
-            }
-            if i > first {
-                w = deflect(next, -w, mode, Transport::FromEye)?;
-            } else if i > 0 && !next.bsdf.has_non_specular() {
-                return None;
-            }
-        }
-        finish(x, ws, ctx, first)?;
+        // Between the ends of its one chain there is nothing to turn.
+        retrace(x, ws, ctx, first, |_, w| w)?;
         Some(Self::ratio(x, &ws.y, first))
     }
 
     /// The raster point a little moved; `None` if it leaves the raster domain.
     #[inline]
-    pub(super) fn moved<A: Accel>(raster: Vec2, ctx: &mut Context<A>) -> Option<Vec2> {
+    fn moved<A: Accel>(raster: Vec2, ctx: &mut Context<A>) -> Option<Vec2> {
         let lens = &ctx.world.lens;
         let r = lens.perturbation * warp::exp(-lens.perturbation_range * ctx.rng.next_f32());
         let raster = raster + warp::circle(ctx.rng.next_f32()) * r;
@@ -82,6 +60,45 @@ impl LensPerturbation {
         let density = |p: &Path<N>| factor(Density::Lens, odd_row(p));
         changed(y, first) / changed(x, first) * scale * density(x) / density(y)
     }
+}
+
+/// Moves the raster point and replaces x_first … x_{k−1} by what is found from there: through specular vertices with
+/// their modes kept, and on from others in x's direction as `turn` changes it. `None` if y cannot be made so.
+#[inline]
+pub(super) fn retrace<const N: usize, A: Accel>(
+    x: &Path<N>,
+    ws: &mut Workspace<N>,
+    ctx: &mut Context<A>,
+    first: usize,
+    turn: impl Fn(&mut Rng, Vec3) -> Vec3,
+) -> Option<()> {
+    let world = ctx.world;
+    let k = x.k();
+    let raster = LensPerturbation::moved(x.raster, ctx)?;
+    ws.ends = Ends {
+        light: first,
+        eye: 1,
+    };
+    let mut cur = x.links[k].slot;
+    let mut w = world.lens.direction(ws.pool.get(cur).p, raster);
+    for i in (first..k).rev() {
+        let (v, mode) = (ws.pool.get(cur), x.links[i].mode);
+        let ray = (world.leave(v, v.p, w), w);
+        cur = ws.trace_from_eye(world, ray, mode, ctx.tally)?;
+        let next = ws.pool.get(cur);
+        let scatters = mode == Mode::NonSpecular;
+        if i > 0 && (next.kind != Kind::Surface || scatters && !next.bsdf.has_non_specular()) {
+            return None;
+        }
+        if i > first {
+            w = if scatters {
+                turn(ctx.rng, -x.links[i - 1].dir)
+            } else {
+                deflect(next, -w, mode, Transport::FromEye)?
+            };
+        }
+    }
+    finish(x, ws, ctx, first)
 }
 
 /// Makes y of x's vertices before `first`, the new ones found from the eye, and x's lens. `None` if it carries nothing to

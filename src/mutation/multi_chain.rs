@@ -11,12 +11,12 @@
 //! over the same of x.
 
 use super::falsify::{Density, factor, odd_row};
-use super::lens::{LensPerturbation, finish};
+use super::lens::retrace;
 use super::turn::{Octaves, turned};
 use super::{Context, Workspace};
 use crate::accel::Accel;
-use crate::path::{Emitters, Ends, Kind, Path, Pool, deflect, exp2i};
-use crate::scatter::{Mode, Transport};
+use crate::path::{Emitters, Path, Pool, exp2i};
+use crate::scatter::Mode;
 use std::f64::consts::PI;
 
 /// θ1 … θ2 of the turns, radians.
@@ -53,38 +53,11 @@ impl MultiChainPerturbation {
         ws: &mut Workspace<N>,
         ctx: &mut Context<A>,
     ) -> Option<f64> {
-        let world = ctx.world;
         let first = Self::suits(x, &ws.pool)?;
-        let k = x.k();
-        let raster = LensPerturbation::moved(x.raster, ctx)?;
-        ws.ends = Ends {
-            light: first,
-            eye: 1,
-        };
-        let mut cur = x.links[k].slot;
-        let mut w = world.lens.direction(ws.pool.get(cur).p, raster);
-        for i in (first..k).rev() {
-            let (v, mode) = (ws.pool.get(cur), x.links[i].mode);
-            let ray = (world.leave(v, v.p, w), w);
-            cur = ws.trace_from_eye(world, ray, mode, ctx.tally)?;
-            let next = ws.pool.get(cur);
-            if next.kind != Kind::Surface && i > 0 {
-                return None;
-            }
-            if i > 0 && mode == Mode::NonSpecular && !next.bsdf.has_non_specular() {
-                return None;
-            }
-            if i > first {
-                w = if mode == Mode::NonSpecular {
-                    let theta = TURN.sample(ctx.rng.next_f64());
-                    let phi = 2.0 * PI * ctx.rng.next_f64();
-                    turned(-x.links[i - 1].dir, theta, phi)
-                } else {
-                    deflect(next, -w, mode, Transport::FromEye)?
-                };
-            }
-        }
-        finish(x, ws, ctx, first)?;
+        retrace(x, ws, ctx, first, |rng, w| {
+            let theta = TURN.sample(rng.next_f64());
+            turned(w, theta, 2.0 * PI * rng.next_f64())
+        })?;
         Some(Self::ratio(x, &ws.y, first))
     }
 
