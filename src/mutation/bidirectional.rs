@@ -271,7 +271,7 @@ fn grow_light<const N: usize, A: Accel>(
             .emitters
             .sample_point(world.scene, &ws.palette, ctx.rng)?;
         left -= 1;
-        ws.put_from_light(x0, Mode::NonSpecular)
+        ws.put(Transport::FromLight, x0, Mode::NonSpecular)
     } else {
         x.links[kept - 1].slot
     };
@@ -296,10 +296,16 @@ fn grow_light<const N: usize, A: Accel>(
         };
         if left == 1 && reaches_lens {
             let lens = world.reach_lens(v, o, w, ctx.tally)?;
-            ws.put_from_light(lens, Mode::NonSpecular);
+            ws.put(Transport::FromLight, lens, Mode::NonSpecular);
             return Some(end_mode);
         }
-        cur = ws.trace_from_light(world, (o, w), Mode::NonSpecular, ctx.tally)?;
+        cur = ws.trace(
+            world,
+            Transport::FromLight,
+            (o, w),
+            Mode::NonSpecular,
+            ctx.tally,
+        )?;
         if ws.pool.get(cur).kind != Kind::Surface {
             return None;
         }
@@ -331,7 +337,7 @@ fn grow_eye<const N: usize, A: Accel>(
     let mut cur = if kept == 0 {
         let lens = world.lens.sample_vertex(ctx.rng.next_vec2());
         left -= 1;
-        ws.put_from_eye(lens, Mode::NonSpecular)
+        ws.put(Transport::FromEye, lens, Mode::NonSpecular)
     } else {
         x.links[n - kept].slot
     };
@@ -355,7 +361,13 @@ fn grow_eye<const N: usize, A: Accel>(
             w
         };
         let o = world.leave(v, v.p, w);
-        cur = ws.trace_from_eye(world, (o, w), Mode::NonSpecular, ctx.tally)?;
+        cur = ws.trace(
+            world,
+            Transport::FromEye,
+            (o, w),
+            Mode::NonSpecular,
+            ctx.tally,
+        )?;
         left -= 1;
         if ws.pool.get(cur).kind != Kind::Surface && !(left == 0 && reaches_light) {
             return None;

@@ -69,7 +69,7 @@ impl CausticPerturbation {
         };
         for i in m + 1..k {
             let mode = x.links[i].mode;
-            let slot = ws.trace_from_light(world, (o, w), mode, ctx.tally)?;
+            let slot = ws.trace(world, Transport::FromLight, (o, w), mode, ctx.tally)?;
             let next = ws.pool.get(slot);
             if next.kind != Kind::Surface {
                 return None;

@@ -84,7 +84,7 @@ pub(super) fn retrace<const N: usize, A: Accel>(
     for i in (first..k).rev() {
         let (v, mode) = (ws.pool.get(cur), x.links[i].mode);
         let ray = (world.leave(v, v.p, w), w);
-        cur = ws.trace_from_eye(world, ray, mode, ctx.tally)?;
+        cur = ws.trace(world, Transport::FromEye, ray, mode, ctx.tally)?;
         let next = ws.pool.get(cur);
         let scatters = mode == Mode::NonSpecular;
         if i > 0 && (next.kind != Kind::Surface || scatters && !next.bsdf.has_non_specular()) {

@@ -51,7 +51,7 @@ impl LensSubpath {
         };
         let lens = world.lens.sample_vertex(rng.next_vec2());
         let mut w = world.lens.direction(lens.p, raster);
-        let mut cur = ws.put_from_eye(lens, Mode::NonSpecular);
+        let mut cur = ws.put(Transport::FromEye, lens, Mode::NonSpecular);
         loop {
             // Kept vertices, those found and one more make k + 1.
             if first + ws.from_eye.len() > world.max_edges {
@@ -59,7 +59,7 @@ impl LensSubpath {
             }
             let v = ws.pool.get(cur);
             let ray = (world.leave(v, v.p, w), w);
-            cur = ws.trace_from_eye(world, ray, Mode::NonSpecular, ctx.tally)?;
+            cur = ws.trace(world, Transport::FromEye, ray, Mode::NonSpecular, ctx.tally)?;
             let next = ws.pool.get(cur);
             if next.kind != Kind::Surface {
                 return None;

@@ -24,7 +24,7 @@ pub use wavelength::Wavelength;
 use crate::accel::Accel;
 use crate::path::{Ends, Palette, Path, Pool, Tally, Vertex, World, trace_into};
 use crate::sampling::{Entries, Rng};
-use crate::scatter::Mode;
+use crate::scatter::{Mode, Transport};
 use crate::scene::spectrum::Lanes;
 use glam::Vec3;
 
@@ -145,48 +145,35 @@ impl<const N: usize> Workspace<N> {
         self.from_eye.clear();
     }
 
-    /// Takes a slot for a vertex of the proposal found from the light side.
+    /// The vertices of the proposal found from one side.
     #[inline]
-    pub fn put_from_light(&mut self, v: Vertex<N>, mode: Mode) -> u16 {
+    fn found(&mut self, from: Transport) -> &mut Vec<(u16, Mode)> {
+        match from {
+            Transport::FromLight => &mut self.from_light,
+            Transport::FromEye => &mut self.from_eye,
+        }
+    }
+
+    /// Takes a slot for a vertex of the proposal.
+    #[inline]
+    pub fn put(&mut self, from: Transport, v: Vertex<N>, mode: Mode) -> u16 {
         let slot = self.pool.put(v);
-        self.from_light.push((slot, mode));
+        self.found(from).push((slot, mode));
         slot
     }
 
-    /// Takes a slot for a vertex of the proposal found from the eye side.
+    /// Follows the ray (origin, unit direction) to a vertex of the proposal.
     #[inline]
-    pub fn put_from_eye(&mut self, v: Vertex<N>, mode: Mode) -> u16 {
-        let slot = self.pool.put(v);
-        self.from_eye.push((slot, mode));
-        slot
-    }
-
-    /// Follows the ray (origin, unit direction) to a vertex found from the light side.
-    #[inline]
-    pub fn trace_from_light<A: Accel>(
+    pub fn trace<A: Accel>(
         &mut self,
         world: &World<A>,
+        from: Transport,
         ray: (Vec3, Vec3),
         mode: Mode,
         tally: &mut Tally,
     ) -> Option<u16> {
         let slot = self.pool.take();
-        self.from_light.push((slot, mode));
-        let v = self.pool.get_mut(slot);
-        trace_into(world, ray, &self.palette, tally, v).then_some(slot)
-    }
-
-    /// Follows the ray (origin, unit direction) to a vertex found from the eye side.
-    #[inline]
-    pub fn trace_from_eye<A: Accel>(
-        &mut self,
-        world: &World<A>,
-        ray: (Vec3, Vec3),
-        mode: Mode,
-        tally: &mut Tally,
-    ) -> Option<u16> {
-        let slot = self.pool.take();
-        self.from_eye.push((slot, mode));
+        self.found(from).push((slot, mode));
         let v = self.pool.get_mut(slot);
         trace_into(world, ray, &self.palette, tally, v).then_some(slot)
     }

@@ -7,7 +7,7 @@ use super::falsify::{Density, factor};
 use super::{Context, Workspace};
 use crate::accel::Accel;
 use crate::path::{Ends, Path, Pool, exp2i};
-use crate::scatter::Mode;
+use crate::scatter::{Mode, Transport};
 
 /// See the module.
 pub struct Wavelength;
@@ -41,7 +41,7 @@ impl Wavelength {
                 ws.pool
                     .get(l.slot)
                     .at_wavelengths(&ctx.world.emitters, ctx.world.scene, &lanes);
-            ws.y.links[i].slot = ws.put_from_light(v, l.mode);
+            ws.y.links[i].slot = ws.put(Transport::FromLight, v, l.mode);
         }
         let y = &mut ws.y;
         let k = y.k();
