@@ -1,7 +1,7 @@
 //! A render job with every choice made: arguments over the scene file's settings over defaults.
 
 use super::CliError;
-use super::render::{AccelArg, IntegratorArg, RenderArgs, TargetArg};
+use super::render_args::{AccelArg, IntegratorArg, RenderArgs, TargetArg};
 use crate::chain::Shares;
 use crate::film::Bins;
 use crate::integrator::{Budget, Stop};

@@ -2,12 +2,14 @@
 
 mod bar;
 mod compare;
+mod engine;
 mod error;
 mod job;
 mod manual;
 mod mutate;
 mod parse;
 mod render;
+mod render_args;
 mod report;
 
 pub use error::CliError;
@@ -32,7 +34,7 @@ retry) · 3 finished, but integrity counters tripped · 4 output not writable";
 #[derive(Subcommand, Debug)]
 enum Command {
     /// Render a scene to EXR and PNG
-    Render(Box<render::RenderArgs>),
+    Render(Box<render_args::RenderArgs>),
     /// Compare an image with a reference
     Compare(compare::CompareArgs),
     /// Print shell completions

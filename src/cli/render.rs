@@ -1,268 +1,40 @@
 //! `metrolux render`.
 
 use super::bar::Bar;
-use super::job::Job;
-use super::parse::{duration, positive, region, size};
-use super::report::{Report, peak_memory_bytes, processor_seconds};
+use super::engine::{self, Prepared};
+use super::render_args::RenderArgs;
 use super::{CliError, report};
-use crate::accel::{Accel, Embree, EmbreeOptions, Obvhs, Recorder};
-use crate::chain::{Direct, MltOptions, Shares};
-use crate::integrator::{Bdpt, bdpt_bins, mlt, pt_bins};
-use crate::output::{Image, ImageError, Layers, SpectralBins, write_exr, write_png};
-use crate::path::{Heuristic, Tally, World};
-use crate::scene::load::{LoadOptions, load_scene};
-use crate::scene::{IntegratorKind, Scene};
-use clap::{Args, ValueEnum};
-use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::time::{Duration, Instant};
-
-/// Integrators by name.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum IntegratorArg {
-    /// Metropolis light transport
-    Mlt,
-    /// Bidirectional path tracing
-    Bdpt,
-    /// Path tracing
-    Pt,
-}
-
-/// Backends by name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum AccelArg {
-    /// Intel Embree
-    Embree,
-    /// The pure-Rust obvhs
-    Obvhs,
-}
-
-/// Number of wavelengths a path carries.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum LanesArg {
-    /// 4
-    Auto,
-    /// One wavelength
-    #[value(name = "1")]
-    One,
-    /// Four wavelengths
-    #[value(name = "4")]
-    Four,
-    /// Eight wavelengths
-    #[value(name = "8")]
-    Eight,
-    /// Sixteen wavelengths
-    #[value(name = "16")]
-    Sixteen,
-}
-
-impl LanesArg {
-    /// The number.
-    pub fn count(self) -> usize {
-        match self {
-            Self::One => 1,
-            Self::Auto | Self::Four => 4,
-            Self::Eight => 8,
-            Self::Sixteen => 16,
-        }
-    }
-}
-
-/// Who computes direct light.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum DirectArg {
-    /// A separate pass of stratified sampling
-    Separate,
-    /// The Markov chain
-    Chain,
-}
-
-/// The target of a chain.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum TargetArg {
-    /// Luminance alone, as in Veach's text
-    Luminance,
-    /// Luminance with a part of X and Z, and a floor under the bins of --spectral
-    Mixed,
-}
-
-/// Render a scene to EXR and PNG.
-///
-/// Settings come from the command line, else from the scene file's Film, Integrator and Sampler, else from defaults.
-#[derive(Args, Debug)]
-pub struct RenderArgs {
-    /// pbrt-v4 scene file
-    pub scene: PathBuf,
-    /// File to write, .exr or .png; may be given several times
-    #[arg(short, long, value_name = "FILE")]
-    pub output: Vec<PathBuf>,
-    /// How light is found
-    #[arg(long, value_enum)]
-    pub integrator: Option<IntegratorArg>,
-    /// Who answers rays
-    #[arg(long, value_enum, default_value = "embree")]
-    pub accel: AccelArg,
-    /// Mutations per pixel (mlt)
-    #[arg(long, value_name = "N", value_parser = positive, conflicts_with_all = ["time_limit", "rounds"])]
-    pub mutations: Option<f64>,
-    /// Samples per pixel (pt, bdpt)
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), conflicts_with_all = ["time_limit", "rounds", "mutations"])]
-    pub spp: Option<u32>,
-    /// Stop after this much wall time: 30s, 10m, 2h
-    #[arg(long, value_name = "TIME", value_parser = duration, conflicts_with = "rounds")]
-    pub time_limit: Option<Duration>,
-    /// Stop when the image's relative error is estimated to be at most E: 0.05 for 5 %
-    ///
-    /// The error is √(mean over the pixels of their squared standard error) / mean luminance. It is looked at only when
-    /// the rounds (samples per pixel with pt and bdpt, from 16 on) have doubled: 1, 2, 4, 8 …, so that looking does not
-    /// choose a lucky moment. --time-limit, --mutations, --spp or --rounds stop the render earlier; without any of them
-    /// it goes on until the target is met. Either way the exit code is 0, and a message says which it was; --rounds with
-    /// the number of rounds told there makes the same image.
-    #[arg(long, value_name = "E", value_parser = positive)]
-    pub target_error: Option<f64>,
-    /// Make exactly this many rounds; stats.json tells how many a time limit allowed
-    #[arg(long, value_name = "R", value_parser = clap::value_parser!(u64).range(1..))]
-    pub rounds: Option<u64>,
-    /// Same seed, same bits, whatever the number of threads
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
-    /// Worker threads; one per core if not given
-    #[arg(long, value_name = "N")]
-    pub threads: Option<usize>,
-    /// Image size in pixels
-    #[arg(long, value_name = "WxH", value_parser = size)]
-    pub resolution: Option<[u32; 2]>,
-    /// Render only these pixels (x1, y1 excluded)
-    #[arg(long, value_name = "x0,y0,x1,y1", value_parser = region)]
-    pub region: Option<[u32; 4]>,
-    /// Most scattering events on a path
-    #[arg(long, value_name = "D")]
-    pub max_depth: Option<u32>,
-    /// Wavelengths carried by a path
-    #[arg(long, value_enum, default_value = "auto")]
-    pub lanes: LanesArg,
-    /// Who computes direct light (mlt)
-    #[arg(long, value_enum, default_value = "separate")]
-    pub direct: DirectArg,
-    /// Even out samples between bright and dark pixels by a coarse image rendered first (mlt)
-    #[arg(long)]
-    pub two_stage: bool,
-    /// Also write this many spectral bins over 360–830 nm into EXR files
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=128))]
-    pub spectral: Option<u32>,
-    /// What a chain's visits are proportional to (mlt); mixed unless given
-    #[arg(long, value_enum)]
-    pub target: Option<TargetArg>,
-    /// Shares of the mutation strategies (mlt), as bidirectional=0.5,lens=0.3,caustic=0.1,multichain=0.1,lenssubpath=0.1,wavelength=0.05
-    ///
-    /// Relative to each other; 0 removes a strategy, and so does not naming it (wavelength then has 5 %). Bidirectional
-    /// must be > 0. By default fixed shares, with caustic and multichain only where the scene has specular surfaces.
-    #[arg(long, value_name = "STRATEGY=SHARE,…", value_parser = super::mutate::shares)]
-    pub mutate: Option<Shares>,
-    /// Exposure of PNG files in stops
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
-    pub exposure: f32,
-    /// Treat unsupported directives as warnings
-    #[arg(long)]
-    pub lenient: bool,
-    /// Embree's precision; fast may let a ray through an edge
-    #[arg(long, value_enum, default_value = "robust")]
-    pub accel_precision: PrecisionArg,
-    /// Write counters and timings as JSON
-    #[arg(long, value_name = "FILE")]
-    pub stats: Option<PathBuf>,
-    /// Write the rays traced to a file that `cargo bench --bench rays` replays
-    #[arg(long, value_name = "FILE", hide = true)]
-    pub record_rays: Option<PathBuf>,
-    /// No progress bar, no messages but errors
-    #[arg(short, long)]
-    pub quiet: bool,
-}
-
-/// Embree's ray-triangle precision.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum PrecisionArg {
-    /// Watertight
-    Robust,
-    /// Faster
-    Fast,
-}
-
-/// Rays that `--record-rays` keeps at most: 640 MB of memory and of file.
-const RECORDED: usize = 20_000_000;
-
-fn save_rays<A: Accel>(recorder: &Recorder<A>, file: &Path) -> Result<(), CliError> {
-    recorder.save(file).map_err(|source| {
-        let path = file.into();
-        CliError::Output(ImageError::NotWritable { path, source })
-    })?;
-    let missed = recorder.missed();
-    if missed > 0 {
-        eprintln!(
-            "warning: the last {missed} rays of this render are not in {}",
-            file.display()
-        );
-    }
-    Ok(())
-}
-
-/// Samples a pixel of the test image of `--two-stage`: 25 pixels are averaged.
-const TEST_SAMPLES: u32 = 4;
 
 /// Runs the sub-command.
 pub fn run(args: &RenderArgs) -> Result<ExitCode, CliError> {
-    let start = Instant::now();
-    let mut scene = load_scene(
-        &args.scene,
-        &LoadOptions {
-            lenient: args.lenient,
-        },
-    )?;
+    let prepared = Prepared::new(args)?;
     if !args.quiet {
-        scene
-            .warnings
-            .iter()
-            .for_each(|w| eprintln!("warning: {w}"));
+        let warnings = &prepared.scene.warnings;
+        warnings.iter().for_each(|w| eprintln!("warning: {w}"));
     }
-    let job = Job::new(args, &mut scene)?;
-    let written = job.outputs.iter().chain(&args.stats);
+    let outputs = &prepared.job.outputs;
+    let written = outputs.iter().chain(&args.stats);
     for o in written.chain(&args.record_rays) {
         crate::output::check_writable(o)?;
     }
-    let loaded = start.elapsed();
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(job.threads)
-        .build()
-        .map_err(|e| CliError::Internal(format!("cannot start threads: {e}")))?;
-    let build = Instant::now();
-    let options = EmbreeOptions {
-        robust: args.accel_precision == PrecisionArg::Robust,
-        ..EmbreeOptions::default()
-    };
-    let report = match (job.accel, &args.record_rays) {
-        (AccelArg::Embree, None) => {
-            let accel = Embree::new(&scene.geometry, options)?;
-            let told = (loaded, build.elapsed(), accel.version());
-            pool.install(|| with_lanes(args, &job, &scene, &accel, told))?
+    let bar = Bar::new("rendering", args.quiet);
+    let rendered = engine::render(args, &prepared, &bar);
+    bar.finish();
+    let rendered = rendered?;
+    for o in outputs {
+        rendered.write(o, args.exposure)?;
+    }
+    let report = &rendered.report;
+    if let Some(path) = &args.stats {
+        report::write_json(path, report)?;
+    }
+    if !args.quiet {
+        eprintln!("{}", report.summary());
+        if let Some(line) = report.error_line() {
+            eprintln!("{line}");
         }
-        (AccelArg::Embree, Some(file)) => {
-            let accel = Embree::new(&scene.geometry, options)?;
-            let told = (loaded, build.elapsed(), accel.version());
-            let accel = Recorder::new(accel, RECORDED / pool.current_num_threads());
-            let report = pool.install(|| with_lanes(args, &job, &scene, &accel, told))?;
-            save_rays(&accel, file)?;
-            report
-        }
-        (AccelArg::Obvhs, None) => {
-            let accel = Obvhs::new(&scene.geometry);
-            let told = (loaded, build.elapsed(), "not used".to_owned());
-            pool.install(|| with_lanes(args, &job, &scene, &accel, told))?
-        }
-        (AccelArg::Obvhs, Some(_)) => {
-            let text = "--record-rays is for --accel embree, whose rays are replayed";
-            return Err(CliError::Usage(text.into()));
-        }
-    };
+    }
     let impossible = report.faults_impossible();
     if impossible > 0 {
         eprintln!(
@@ -271,109 +43,4 @@ pub fn run(args: &RenderArgs) -> Result<ExitCode, CliError> {
         return Ok(ExitCode::from(3));
     }
     Ok(ExitCode::SUCCESS)
-}
-
-/// Time of loading, time of building, Embree's version.
-pub type Told = (Duration, Duration, String);
-
-fn with_lanes<A: Accel>(
-    args: &RenderArgs,
-    job: &Job,
-    scene: &Scene,
-    accel: &A,
-    told: Told,
-) -> Result<Report, CliError> {
-    match job.lanes {
-        1 => render::<1, A>(args, job, scene, accel, told),
-        4 => render::<4, A>(args, job, scene, accel, told),
-        8 => render::<8, A>(args, job, scene, accel, told),
-        _ => render::<16, A>(args, job, scene, accel, told),
-    }
-}
-
-fn render<const N: usize, A: Accel>(
-    args: &RenderArgs,
-    job: &Job,
-    scene: &Scene,
-    accel: &A,
-    told: Told,
-) -> Result<Report, CliError> {
-    let world = World::new(scene, accel, scene.settings.max_depth).with_target(job.target);
-    let mut tally = Tally::default();
-    let mut report = Report::new(args.seed, scene, job, told);
-    let bar = Bar::new("rendering", args.quiet);
-    let (start, cpu) = (Instant::now(), processor_seconds());
-    let (xyz, spectrum, errors, met) = match job.integrator {
-        IntegratorKind::Pt => {
-            let bins = job.bins;
-            let r = pt_bins::<N, A>(&world, bins, job.stop, args.seed, &bar, &mut tally);
-            report.samples(r.samples);
-            (r.image, r.spectrum, r.errors, r.target_met)
-        }
-        IntegratorKind::Bdpt => {
-            let what = Bdpt {
-                heuristic: Heuristic::Power,
-                indirect_only: false,
-            };
-            let (bins, stop) = (job.bins, job.stop);
-            let r = bdpt_bins::<N, A>(&world, what, bins, stop, args.seed, &bar, &mut tally);
-            report.samples(r.samples);
-            (r.image, r.spectrum, r.errors, r.target_met)
-        }
-        IntegratorKind::Mlt => {
-            let direct = match args.direct {
-                DirectArg::Separate => Direct::Separate,
-                DirectArg::Chain => Direct::InChain,
-            };
-            let options = MltOptions {
-                direct,
-                bins: job.bins,
-                shares: job.shares,
-                test_samples: args.two_stage.then_some(TEST_SAMPLES),
-                ..MltOptions::default()
-            };
-            let r = mlt::<N, A>(&world, &options, job.stop, args.seed, &bar, &mut tally);
-            report.mlt(&r, &options.shares, job.target);
-            (r.image, r.spectrum, r.errors, r.target_met)
-        }
-    };
-    bar.finish();
-    report.error(errors.summary(&xyz), args.target_error, met);
-    report.finish(
-        start.elapsed(),
-        processor_seconds() - cpu,
-        peak_memory_bytes(),
-        &tally,
-    );
-    let [x0, y0, x1, y1] = scene.camera.crop;
-    let k = scene.settings.film_scale as f64;
-    let scaled: Vec<[f64; 3]> = xyz.iter().map(|p| p.map(|c| c * k)).collect();
-    let image = Image::from_xyz((x1 - x0) as usize, (y1 - y0) as usize, &scaled);
-    let bins = job.bins.zip(spectrum).map(|(bins, values)| SpectralBins {
-        bins,
-        values: values.iter().map(|v| (v * k) as f32).collect(),
-    });
-    let standard = errors.standard(k);
-    let layers = Layers {
-        spectral: bins.as_ref(),
-        error: Some(&standard),
-    };
-    let metadata = report.metadata(scene);
-    for o in &job.outputs {
-        if o.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
-            write_png(o, &image, args.exposure)?;
-        } else {
-            write_exr(o, &image, &metadata, layers)?;
-        }
-    }
-    if let Some(path) = &args.stats {
-        report::write_json(path, &report)?;
-    }
-    if !args.quiet {
-        eprintln!("{}", report.summary());
-        if let Some(line) = report.error_line() {
-            eprintln!("{line}");
-        }
-    }
-    Ok(report)
 }

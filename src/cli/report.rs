@@ -1,8 +1,8 @@
 //! What a render tells about itself: stats.json, EXR metadata, the closing line.
 
 use super::CliError;
+use super::engine::Told;
 use super::job::Job;
-use super::render::Told;
 use crate::chain::Shares;
 use crate::film::ErrorSummary;
 use crate::integrator::MltResult;
@@ -83,10 +83,10 @@ struct StrategyReport {
 
 impl Report {
     /// Starts a report with what is known beforehand.
-    pub fn new(seed: u64, scene: &Scene, job: &Job, (load, build, embree): Told) -> Self {
+    pub fn new(seed: u64, scene: &Scene, job: &Job, told: Told) -> Self {
         Self {
             version: env!("CARGO_PKG_VERSION"),
-            embree,
+            embree: told.embree,
             accel: format!("{:?}", job.accel).to_lowercase(),
             integrator: format!("{:?}", job.integrator).to_lowercase(),
             seed,
@@ -98,8 +98,8 @@ impl Report {
             max_depth: scene.settings.max_depth,
             spectral_bins: job.bins.map(|b| b.count),
             triangles: scene.geometry.triangles.len(),
-            load_seconds: load.as_secs_f64(),
-            build_seconds: build.as_secs_f64(),
+            load_seconds: told.load.as_secs_f64(),
+            build_seconds: told.build.as_secs_f64(),
             ..Self::default()
         }
     }

@@ -1,0 +1,178 @@
+//! What `metrolux render` takes.
+
+use super::parse::{duration, positive, region, size};
+use crate::chain::Shares;
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Integrators by name.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum IntegratorArg {
+    /// Metropolis light transport
+    Mlt,
+    /// Bidirectional path tracing
+    Bdpt,
+    /// Path tracing
+    Pt,
+}
+
+/// Backends by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum AccelArg {
+    /// Intel Embree
+    Embree,
+    /// The pure-Rust obvhs
+    Obvhs,
+}
+
+/// Number of wavelengths a path carries.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum LanesArg {
+    /// 4
+    Auto,
+    /// One wavelength
+    #[value(name = "1")]
+    One,
+    /// Four wavelengths
+    #[value(name = "4")]
+    Four,
+    /// Eight wavelengths
+    #[value(name = "8")]
+    Eight,
+    /// Sixteen wavelengths
+    #[value(name = "16")]
+    Sixteen,
+}
+
+impl LanesArg {
+    /// The number.
+    pub fn count(self) -> usize {
+        match self {
+            Self::One => 1,
+            Self::Auto | Self::Four => 4,
+            Self::Eight => 8,
+            Self::Sixteen => 16,
+        }
+    }
+}
+
+/// Who computes direct light.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum DirectArg {
+    /// A separate pass of stratified sampling
+    Separate,
+    /// The Markov chain
+    Chain,
+}
+
+/// The target of a chain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum TargetArg {
+    /// Luminance alone, as in Veach's text
+    Luminance,
+    /// Luminance with a part of X and Z, and a floor under the bins of --spectral
+    Mixed,
+}
+
+/// Render a scene to EXR and PNG.
+///
+/// Settings come from the command line, else from the scene file's Film, Integrator and Sampler, else from defaults.
+#[derive(Args, Debug)]
+pub struct RenderArgs {
+    /// pbrt-v4 scene file
+    pub scene: PathBuf,
+    /// File to write, .exr or .png; may be given several times
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Vec<PathBuf>,
+    /// How light is found
+    #[arg(long, value_enum)]
+    pub integrator: Option<IntegratorArg>,
+    /// Who answers rays
+    #[arg(long, value_enum, default_value = "embree")]
+    pub accel: AccelArg,
+    /// Mutations per pixel (mlt)
+    #[arg(long, value_name = "N", value_parser = positive, conflicts_with_all = ["time_limit", "rounds"])]
+    pub mutations: Option<f64>,
+    /// Samples per pixel (pt, bdpt)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..), conflicts_with_all = ["time_limit", "rounds", "mutations"])]
+    pub spp: Option<u32>,
+    /// Stop after this much wall time: 30s, 10m, 2h
+    #[arg(long, value_name = "TIME", value_parser = duration, conflicts_with = "rounds")]
+    pub time_limit: Option<Duration>,
+    /// Stop when the image's relative error is estimated to be at most E: 0.05 for 5 %
+    ///
+    /// The error is √(mean over the pixels of their squared standard error) / mean luminance. It is looked at only when
+    /// the rounds (samples per pixel with pt and bdpt, from 16 on) have doubled: 1, 2, 4, 8 …, so that looking does not
+    /// choose a lucky moment. --time-limit, --mutations, --spp or --rounds stop the render earlier; without any of them
+    /// it goes on until the target is met. Either way the exit code is 0, and a message says which it was; --rounds with
+    /// the number of rounds told there makes the same image.
+    #[arg(long, value_name = "E", value_parser = positive)]
+    pub target_error: Option<f64>,
+    /// Make exactly this many rounds; stats.json tells how many a time limit allowed
+    #[arg(long, value_name = "R", value_parser = clap::value_parser!(u64).range(1..))]
+    pub rounds: Option<u64>,
+    /// Same seed, same bits, whatever the number of threads
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Worker threads; one per core if not given
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+    /// Image size in pixels
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub resolution: Option<[u32; 2]>,
+    /// Render only these pixels (x1, y1 excluded)
+    #[arg(long, value_name = "x0,y0,x1,y1", value_parser = region)]
+    pub region: Option<[u32; 4]>,
+    /// Most scattering events on a path
+    #[arg(long, value_name = "D")]
+    pub max_depth: Option<u32>,
+    /// Wavelengths carried by a path
+    #[arg(long, value_enum, default_value = "auto")]
+    pub lanes: LanesArg,
+    /// Who computes direct light (mlt)
+    #[arg(long, value_enum, default_value = "separate")]
+    pub direct: DirectArg,
+    /// Even out samples between bright and dark pixels by a coarse image rendered first (mlt)
+    #[arg(long)]
+    pub two_stage: bool,
+    /// Also write this many spectral bins over 360–830 nm into EXR files
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=128))]
+    pub spectral: Option<u32>,
+    /// What a chain's visits are proportional to (mlt); mixed unless given
+    #[arg(long, value_enum)]
+    pub target: Option<TargetArg>,
+    /// Shares of the mutation strategies (mlt), as bidirectional=0.5,lens=0.3,caustic=0.1,multichain=0.1,lenssubpath=0.1,wavelength=0.05
+    ///
+    /// Relative to each other; 0 removes a strategy, and so does not naming it (wavelength then has 5 %). Bidirectional
+    /// must be > 0. By default fixed shares, with caustic and multichain only where the scene has specular surfaces.
+    #[arg(long, value_name = "STRATEGY=SHARE,…", value_parser = super::mutate::shares)]
+    pub mutate: Option<Shares>,
+    /// Exposure of PNG files in stops
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    pub exposure: f32,
+    /// Treat unsupported directives as warnings
+    #[arg(long)]
+    pub lenient: bool,
+    /// Embree's precision; fast may let a ray through an edge
+    #[arg(long, value_enum, default_value = "robust")]
+    pub accel_precision: PrecisionArg,
+    /// Write counters and timings as JSON
+    #[arg(long, value_name = "FILE")]
+    pub stats: Option<PathBuf>,
+    /// Write the rays traced to a file that `cargo bench --bench rays` replays
+    #[arg(long, value_name = "FILE", hide = true)]
+    pub record_rays: Option<PathBuf>,
+    /// No progress bar, no messages but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// Embree's ray-triangle precision.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum PrecisionArg {
+    /// Watertight
+    Robust,
+    /// Faster
+    Fast,
+}
