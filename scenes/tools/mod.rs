@@ -11,6 +11,7 @@ pub mod lathe;
 pub mod mesh;
 pub mod newell;
 pub mod pool;
+pub mod prism;
 pub mod shell;
 pub mod teapot;
 pub mod trig;
@@ -41,5 +42,6 @@ pub fn outputs() -> Vec<Output> {
     all.extend(furnace::outputs());
     all.extend(caustic::outputs());
     all.extend(pool::outputs());
+    all.extend(prism::outputs());
     all
 }

@@ -112,7 +112,7 @@ impl CausticPerturbation {
         let density = |p: &Path<N>| factor(Density::Caustic, odd_row(p));
         let scale = exp2i(y.shape_exp - x.shape_exp);
         Some(
-            changed(y, m) / changed(x, m)
+            changed(y, m, x.k() - 1) / changed(x, m, x.k() - 1)
                 * scale
                 * (there.spread() / back.spread())
                 * (density(x) / density(y)),
@@ -153,13 +153,17 @@ impl CausticPerturbation {
     }
 }
 
-/// τ of all spectra times what else of f/T belongs to the replaced part; the density of the turn is left out.
-fn changed<const N: usize>(p: &Path<N>, m: usize) -> f64 {
-    let k = p.k();
+/// τ of all spectra times what else of f/T belongs to the vertices after `m` up to `last`, which is joined to the next.
+/// Non-specular ones between them are left in given directions.
+pub(super) fn changed<const N: usize>(p: &Path<N>, m: usize, last: usize) -> f64 {
     let l = &p.links;
-    let mut c = p.shape_tau * l[m].cos_near.abs() as f64 * l[k - 1].g;
-    for j in m + 1..k - 1 {
-        c *= l[j].g * l[j].prob_l as f64 / l[j + 1].pl;
+    let mut c = p.shape_tau * l[m].cos_near.abs() as f64 * l[last].g;
+    for j in m + 1..last {
+        c *= if l[j].mode == Mode::NonSpecular {
+            l[j].cos_near.abs() as f64
+        } else {
+            l[j].g * l[j].prob_l as f64 / l[j + 1].pl
+        };
     }
     c
 }

@@ -5,6 +5,7 @@
 
 mod bidirectional;
 mod caustic;
+mod dispersion;
 mod falsify;
 mod lens;
 mod lens_subpath;

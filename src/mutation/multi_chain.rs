@@ -70,8 +70,8 @@ impl MultiChainPerturbation {
     }
 }
 
-/// τ of all spectra times what else of f/T belongs to the replaced part; the density of the turns is left out.
-fn changed<const N: usize>(p: &Path<N>, first: usize) -> f64 {
+/// τ of all spectra times what else of f/T belongs to the vertices from `first` on; the density of the turns is left out.
+pub(super) fn changed<const N: usize>(p: &Path<N>, first: usize) -> f64 {
     let k = p.k();
     let l = &p.links;
     let mut c = p.shape_tau;

@@ -35,6 +35,13 @@ const POOL: &str = r#"Shape "trianglemesh"
     "point3 P" [ -2.1 -2.1 0.4  2.1 -2.1 0.4  2.1 2.1 0.4  -2.1 2.1 0.4 ]
     "integer indices" [ 0 1 2 0 2 3 ]"#;
 
+/// A wedge of flint glass: LSSDE of one colour each.
+const WEDGE: &str = r#"Material "dielectric" "spectrum eta" "glass-F11"
+Shape "trianglemesh"
+    "point3 P" [ -0.6 -0.5 0.5  0.6 -0.5 0.5  0.6 0.5 0.5  -0.6 0.5 0.5
+                 -0.6 -0.5 0.55  0.6 -0.5 0.9  0.6 0.5 0.9  -0.6 0.5 0.55 ]
+    "integer indices" [ 0 2 1 0 3 2  4 5 6 4 6 7  0 1 5 0 5 4  1 2 6 1 6 5  2 3 7 2 7 6  3 0 4 3 4 7 ]"#;
+
 /// A wall, and a mirror beside it: LDDE, and LDDSE in the mirror. On the floor lies a coated sheet, where modes are
 /// chosen.
 const CORNER: &str = r#"
@@ -83,6 +90,13 @@ const ALONE: Effort = Effort {
 fn plate() {
     let strategies = [Strategy::Lens, Strategy::Caustic];
     of("plate of glass", PLATE, 3, &strategies, ALONE);
+}
+
+/// LSSDE whose way depends on the wavelength: caustic perturbation, and the wavelength mutation that follows it again.
+#[test]
+fn wedge() {
+    let strategies = [Strategy::Caustic, Strategy::Wavelength];
+    of("wedge of flint glass", WEDGE, 3, &strategies, ALONE);
 }
 
 /// (L|D)DS*E: lens sub-path mutation.

@@ -3,7 +3,7 @@
 //! counterpart: each density falsified by 5 % on half of its domain is found out.
 
 use super::scenes::{
-    BOX, Cell, Contents, FAMILIES, GLASS, GLOSSY, OPEN, PLATE, POOL, Room, Seeds, with_room,
+    BOX, Cell, Contents, FAMILIES, GLASS, GLOSSY, OPEN, PLATE, POOL, Room, Seeds, WEDGE, with_room,
 };
 use super::stats::{Compared, ENOUGH, Moments, Verdict};
 use crate::chain::{Chain, Direct, MltOptions, Setting, Shares};
@@ -131,7 +131,17 @@ pub(super) fn balanced<const N: usize>(
     options: &MltOptions,
     least: f64,
 ) {
-    let v = with_room(contents, aperture, 6, |w| flux::<N>(w, options, SAMPLES));
+    balanced_over::<N>(contents, aperture, options, SAMPLES, least);
+}
+
+fn balanced_over<const N: usize>(
+    contents: Contents,
+    aperture: f32,
+    options: &MltOptions,
+    samples: u64,
+    least: f64,
+) {
+    let v = with_room(contents, aperture, 6, |w| flux::<N>(w, options, samples));
     println!("{}", v.report());
     assert!(v.passes(), "{}", v.report());
     for family in ["length", "image", "wavelength"] {
@@ -158,7 +168,8 @@ fn flux_is_balanced_among_specular_paths_of_one_wavelength() {
         expected_values: false,
         ..mixed(Direct::Separate)
     };
-    balanced::<1>(GLASS, 0.0, &options, 0.15);
+    // One wavelength a path, of many brightnesses.
+    balanced_over::<1>(GLASS, 0.0, &options, 2 * SAMPLES, 0.15);
 }
 
 #[test]
@@ -174,6 +185,24 @@ fn flux_is_balanced_under_a_sky_a_sun_and_a_bulb() {
 #[test]
 fn flux_is_balanced_under_a_plate_of_glass() {
     balanced::<4>(PLATE, 0.0, &mixed(Direct::Separate), 0.15);
+}
+
+/// The wavelength mutation alone: the cells "all" tell dispersive chains from what has none, by modes and colour.
+#[test]
+fn flux_is_balanced_between_the_colours_of_a_wedge() {
+    let options = MltOptions {
+        shares: Shares::only(Strategy::Wavelength, 0.0),
+        direct: Direct::InChain,
+        ..MltOptions::default()
+    };
+    let v = with_room(WEDGE, 0.0, 4, |w| flux::<4>(w, &options, 2 * SAMPLES));
+    println!("{}", v.report());
+    assert!(v.passes(), "{}", v.report());
+    // LSSDE, retraced from the light, and LDSSE, retraced from the lens.
+    for (modes, least) in [("all 10110", 0.1), ("all 11100", 0.2)] {
+        println!("{modes}: detects {:.4}", v.detects(modes));
+        assert!(v.detects(modes) < least, "{modes}: {}", v.detects(modes));
+    }
 }
 
 #[test]

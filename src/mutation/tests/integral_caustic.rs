@@ -15,15 +15,15 @@ use glam::{Vec2, Vec3};
 use std::f64::consts::PI;
 
 /// What a ray from x_m brings to the lens.
-struct Seen {
-    tau: f64,
+pub(super) struct Seen {
+    pub(super) tau: f64,
     raster: Vec2,
     /// Smallest and largest change from which the strategy would come back.
     back: [f64; 2],
 }
 
 /// Follows the ray through the specular chain of x to the lens.
-fn to_lens<const N: usize>(
+pub(super) fn to_lens<const N: usize>(
     world: &Room,
     x: &Path<N>,
     pool: &Pool<N>,

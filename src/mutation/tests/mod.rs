@@ -7,6 +7,7 @@ mod flux;
 mod integral;
 mod integral_caustic;
 mod integral_chains;
+mod integral_dispersion;
 mod integral_lens;
 mod integral_subpath;
 mod scenes;
@@ -40,6 +41,8 @@ fn ratio<const N: usize>(
         }
         Strategy::MultiChain => MultiChainPerturbation::ratio(x, y, ends.light),
         Strategy::LensSubpath => LensSubpath::ratio(x, y, pool, ends.light),
-        Strategy::Wavelength => Wavelength::ratio(x, y),
+        Strategy::Wavelength => {
+            Wavelength::ratio(Wavelength::form(ctx.world.dispersive, x, pool), x, y)
+        }
     }
 }

@@ -99,6 +99,20 @@ Shape "trianglemesh"
     chains: false,
 };
 
+/// A wedge of flint glass between lamp and floor, dispersive: LSSDE of one colour each, and (L|D)DSSE where the wedge is
+/// seen through.
+pub(super) const WEDGE: Contents = Contents {
+    inside: r#"
+Material "dielectric" "spectrum eta" "glass-F11"
+Shape "trianglemesh"
+  "point3 P" [ 0.1 0.5 0.25  0.9 0.5 0.25  0.9 0.5 0.95  0.1 0.5 0.95
+               0.1 0.52 0.25  0.9 0.7 0.25  0.9 0.7 0.95  0.1 0.52 0.95 ]
+  "integer indices" [ 0 1 2 0 2 3  4 6 5 4 7 6  0 5 1 0 4 5  1 6 2 1 5 6  2 7 3 2 6 7  3 4 0 3 7 4 ]
+"#,
+    ceiling: true,
+    chains: false,
+};
+
 /// Water over the floor, seen from above, under a large lamp: LSDSE.
 pub(super) const POOL: Contents = Contents {
     inside: r#"

@@ -2,10 +2,10 @@
 
 use super::ratio;
 use super::scenes::{
-    BOX, Contents, GLASS, GLOSSY, OPEN, PLATE, POOL, Room, Seeds, copy, with_room,
+    BOX, Contents, GLASS, GLOSSY, OPEN, PLATE, POOL, Room, Seeds, WEDGE, copy, with_room,
 };
 use crate::chain::Direct;
-use crate::mutation::{Context, Strategy, Workspace};
+use crate::mutation::{Context, Strategy, Wavelength, Workspace};
 use crate::path::{Path, Pool, Tally};
 use crate::sampling::Rng;
 use glam::Vec3;
@@ -130,7 +130,9 @@ fn kept_positions_keep_their_bits_and_no_slot_is_lost_in_a_million_steps() {
                 }
                 let (x, y) = (positions(s.x, &s.ws.pool), positions(&s.ws.y, &s.ws.pool));
                 let kept = match s.strategy {
-                    Strategy::Wavelength => (x.len(), 0),
+                    Strategy::Wavelength => {
+                        Wavelength::form(world.dispersive, s.x, &s.ws.pool).kept(x.len())
+                    }
                     _ => (s.ws.ends.light, s.ws.ends.eye),
                 };
                 assert_eq!(x[..kept.0], y[..kept.0], "{:?}", s.strategy);
@@ -227,6 +229,11 @@ fn densities_and_ways_back_agree_among_specular_paths() {
 #[test]
 fn densities_and_ways_back_agree_under_a_plate_of_glass() {
     proposals_agree::<4>(PLATE, 0.0, Direct::Separate);
+}
+
+#[test]
+fn densities_and_ways_back_agree_behind_a_wedge_of_flint_glass() {
+    proposals_agree::<4>(WEDGE, 0.0, Direct::Separate);
 }
 
 #[test]
