@@ -14,6 +14,7 @@ pub mod integrator;
 pub mod mutation;
 pub mod output;
 pub mod path;
+pub mod plan;
 pub mod sampling;
 pub mod scatter;
 pub mod scene;

@@ -2,11 +2,9 @@
 
 use super::stage;
 use crate::film::Bins;
-use crate::mutation::Strategy;
 use crate::path::Lens;
+pub use crate::plan::Shares;
 use crate::sampling::{Cells, Entries, Table};
-use crate::scatter::may_be_specular;
-use crate::scene::Scene;
 
 /// Who computes paths LS*E and LDS*E.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -16,37 +14,6 @@ pub enum Direct {
     Separate,
     /// The chain itself.
     InChain,
-}
-
-/// Relative shares of the strategies; among those suited to a path they are normalised.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shares(pub [f64; Strategy::ALL.len()]);
-
-impl Default for Shares {
-    /// For scenes without a delta lobe.
-    fn default() -> Self {
-        Self([0.35, 0.55, 0.0, 0.0, 0.05, 0.05])
-    }
-}
-
-impl Shares {
-    /// The fixed shares of a scene. Caustic and multi-chain perturbations are called for by delta lobes, so scenes
-    /// without them pay nothing for either.
-    pub fn for_scene(scene: &Scene) -> Self {
-        if scene.materials.iter().any(may_be_specular) {
-            Self([0.35, 0.35, 0.1, 0.1, 0.05, 0.05])
-        } else {
-            Self::default()
-        }
-    }
-
-    /// Only the given strategy, beside a part of bidirectional mutations.
-    pub fn only(s: Strategy, bidirectional: f64) -> Self {
-        let mut v = [0.0; Strategy::ALL.len()];
-        v[Strategy::Bidirectional as usize] = bidirectional;
-        v[s as usize] += 1.0 - bidirectional;
-        Self(v)
-    }
 }
 
 /// Settings of a run.

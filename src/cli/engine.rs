@@ -6,10 +6,12 @@ use super::render_args::{AccelArg, DirectArg, PrecisionArg, RenderArgs};
 use super::report::{Report, peak_memory_bytes, processor_seconds};
 use crate::accel::{Accel, Embree, EmbreeOptions, Obvhs, Recorder};
 use crate::chain::{Direct, MltOptions};
+use crate::film::Bins;
 use crate::integrator::{Bdpt, Progress, bdpt_bins, mlt, pt_bins};
 use crate::output::{Image, ImageError, Layers, Metadata, SpectralBins, write_exr, write_png};
 use crate::path::{Heuristic, Tally, World};
 use crate::scene::load::{LoadOptions, load_scene};
+use crate::scene::spectrum::{Curve, Grey};
 use crate::scene::{IntegratorKind, Scene};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -166,7 +168,7 @@ pub fn render_on<A: Accel>(
     told: Told,
     progress: &dyn Progress,
 ) -> Rendered {
-    match job.lanes {
+    match job.plan.lanes {
         1 => with_lanes::<1, A>(args, job, scene, accel, told, progress),
         4 => with_lanes::<4, A>(args, job, scene, accel, told, progress),
         8 => with_lanes::<8, A>(args, job, scene, accel, told, progress),
@@ -182,13 +184,16 @@ fn with_lanes<const N: usize, A: Accel>(
     told: Told,
     progress: &dyn Progress,
 ) -> Rendered {
-    let world = World::new(scene, accel, scene.settings.max_depth).with_target(job.target);
+    let world = World::new(scene, accel, scene.settings.max_depth)
+        .with_target(job.target)
+        .with_plan(&job.plan);
+    // Without colour the bins are made of the luminance at the end.
+    let bins = job.bins.filter(|_| job.plan.grey.is_none());
     let mut tally = Tally::default();
     let mut report = Report::new(args.seed, scene, job, told);
     let (start, cpu) = (Instant::now(), processor_seconds());
     let (xyz, spectrum, errors, met) = match job.integrator {
         IntegratorKind::Pt => {
-            let bins = job.bins;
             let r = pt_bins::<N, A>(&world, bins, job.stop, args.seed, progress, &mut tally);
             report.samples(r.samples);
             (r.image, r.spectrum, r.errors, r.target_met)
@@ -198,7 +203,7 @@ fn with_lanes<const N: usize, A: Accel>(
                 heuristic: Heuristic::Power,
                 indirect_only: false,
             };
-            let (bins, stop) = (job.bins, job.stop);
+            let stop = job.stop;
             let r = bdpt_bins::<N, A>(&world, what, bins, stop, args.seed, progress, &mut tally);
             report.samples(r.samples);
             (r.image, r.spectrum, r.errors, r.target_met)
@@ -210,8 +215,8 @@ fn with_lanes<const N: usize, A: Accel>(
             };
             let options = MltOptions {
                 direct,
-                bins: job.bins,
-                shares: job.shares,
+                bins,
+                shares: job.plan.shares,
                 test_samples: args.two_stage.then_some(TEST_SAMPLES),
                 ..MltOptions::default()
             };
@@ -231,6 +236,10 @@ fn with_lanes<const N: usize, A: Accel>(
     let k = scene.settings.film_scale as f64;
     let scaled: Vec<[f64; 3]> = xyz.iter().map(|p| p.map(|c| c * k)).collect();
     let image = Image::from_xyz((x1 - x0) as usize, (y1 - y0) as usize, &scaled);
+    let spectrum = match (job.bins, &job.plan.grey) {
+        (Some(bins), Some((illuminant, grey))) => Some(spread(&xyz, illuminant, grey, bins)),
+        _ => spectrum,
+    };
     let bins = job.bins.zip(spectrum).map(|(bins, values)| SpectralBins {
         bins,
         values: values.iter().map(|v| (v * k) as f32).collect(),
@@ -242,4 +251,23 @@ fn with_lanes<const N: usize, A: Accel>(
         metadata: report.metadata(scene),
         report,
     }
+}
+
+/// The bins of an image that has its illuminant's spectrum everywhere: `[pixel · bins + bin]`.
+fn spread(xyz: &[[f64; 3]], illuminant: &Curve, grey: &Grey, bins: Bins) -> Vec<f64> {
+    // Values at the one wavelength, per Y of the film; a bin holds the mean of its nanometres.
+    let per_y = 1.0 / (grey.xyz[1] * illuminant.at(grey.lambda)) as f64;
+    let mut shape = vec![(0.0f64, 0u32); bins.count];
+    for tenth in 0..4700 {
+        let l = 360.05 + 0.1 * tenth as f32;
+        let (sum, n) = &mut shape[bins.index(l)];
+        *sum += illuminant.at(l) as f64;
+        *n += 1;
+    }
+    let shape: Vec<f64> = shape.iter().map(|(sum, n)| sum / *n as f64).collect();
+    let pixel = |p: &[f64; 3]| {
+        let y = p[1] * per_y;
+        shape.iter().map(move |s| s * y).collect::<Vec<_>>()
+    };
+    xyz.iter().flat_map(pixel).collect()
 }

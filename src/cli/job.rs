@@ -1,10 +1,11 @@
 //! A render job with every choice made: arguments over the scene file's settings over defaults.
 
 use super::CliError;
+use super::plan::EffectArgs;
 use super::render_args::{AccelArg, IntegratorArg, RenderArgs, TargetArg};
-use crate::chain::Shares;
 use crate::film::Bins;
 use crate::integrator::{Budget, Stop};
+use crate::plan::{MOST_EDGES, Options, Plan};
 use crate::scene::spectrum::Target;
 use crate::scene::{IntegratorKind, Scene};
 use std::path::PathBuf;
@@ -17,8 +18,8 @@ pub struct Job {
     pub stop: Stop,
     /// Backend.
     pub accel: AccelArg,
-    /// Lanes of wavelengths.
-    pub lanes: usize,
+    /// What the scene calls for, and what follows.
+    pub plan: Plan,
     /// Threads; 0 for as many as there are cores.
     pub threads: usize,
     /// Files to write.
@@ -27,8 +28,6 @@ pub struct Job {
     pub bins: Option<Bins>,
     /// What the target of chains is made of.
     pub target: Target,
-    /// Shares of the mutation strategies.
-    pub shares: Shares,
 }
 
 /// Mutations a pixel where neither the command line nor the scene says.
@@ -142,18 +141,38 @@ impl Job {
         Ok(Self {
             bins: args.spectral.map(|n| Bins::new(n as usize)),
             target,
-            shares: args.mutate.unwrap_or_else(|| Shares::for_scene(scene)),
+            plan: plan(args, scene)?,
             integrator,
             stop: Stop {
                 budget,
                 target_error: args.target_error,
             },
             accel: args.accel,
-            lanes: args.lanes.count(),
             threads: args.threads.unwrap_or(0),
             outputs,
         })
     }
+}
+
+/// Plans the render; what the arguments force or leave out goes into or out of the scene.
+fn plan(args: &RenderArgs, scene: &mut Scene) -> Result<Plan, CliError> {
+    args.effects.check()?;
+    let EffectArgs { force, without } = args.effects.clone();
+    let options = Options {
+        lanes: args.lanes.count(),
+        shares: args.mutate,
+        force,
+        without,
+    };
+    let edges = scene.settings.max_depth as usize + 1;
+    if edges > MOST_EDGES {
+        let most = MOST_EDGES - 1;
+        return Err(CliError::Usage(format!(
+            "paths of that length cannot be stored: found a maximal depth of {}, expected at most {most}",
+            scene.settings.max_depth
+        )));
+    }
+    Ok(Plan::make(scene, &options))
 }
 
 /// Changes the resolution; the field of view of the shorter side and the crop's part of the image stay.

@@ -8,6 +8,8 @@ mod job;
 mod manual;
 mod mutate;
 mod parse;
+mod plan;
+mod plan_memory;
 mod render;
 mod render_args;
 mod report;
@@ -35,6 +37,8 @@ retry) · 3 finished, but integrity counters tripped · 4 output not writable";
 enum Command {
     /// Render a scene to EXR and PNG
     Render(Box<render_args::RenderArgs>),
+    /// Tell what a scene calls for, why, and how it will be rendered
+    Plan(Box<plan::PlanArgs>),
     /// Compare an image with a reference
     Compare(compare::CompareArgs),
     /// Print shell completions
@@ -48,6 +52,7 @@ pub fn main() -> ExitCode {
     let cli = Cli::parse();
     let done = match cli.command {
         Command::Render(args) => render::run(&args),
+        Command::Plan(args) => plan::run(&args),
         Command::Compare(args) => compare::run(&args, &mut std::io::stdout())
             .map(ExitCode::from)
             .map_err(CliError::from),

@@ -11,7 +11,10 @@ pub fn run(args: &RenderArgs) -> Result<ExitCode, CliError> {
     let prepared = Prepared::new(args)?;
     if !args.quiet {
         let warnings = &prepared.scene.warnings;
-        warnings.iter().for_each(|w| eprintln!("warning: {w}"));
+        let wrongs = prepared.job.plan.wrongs();
+        let all = warnings.iter().chain(&wrongs);
+        all.for_each(|w| eprintln!("warning: {w}"));
+        eprintln!("{}", prepared.job.plan.short());
     }
     let outputs = &prepared.job.outputs;
     let written = outputs.iter().chain(&args.stats);

@@ -29,7 +29,7 @@ pub enum AccelArg {
 /// Number of wavelengths a path carries.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum LanesArg {
-    /// 4
+    /// 1 in a scene without colour, else 4
     Auto,
     /// One wavelength
     #[value(name = "1")]
@@ -46,13 +46,14 @@ pub enum LanesArg {
 }
 
 impl LanesArg {
-    /// The number.
-    pub fn count(self) -> usize {
+    /// The number; `None` where the plan chooses.
+    pub fn count(self) -> Option<usize> {
         match self {
-            Self::One => 1,
-            Self::Auto | Self::Four => 4,
-            Self::Eight => 8,
-            Self::Sixteen => 16,
+            Self::Auto => None,
+            Self::One => Some(1),
+            Self::Four => Some(4),
+            Self::Eight => Some(8),
+            Self::Sixteen => Some(16),
         }
     }
 }
@@ -145,9 +146,12 @@ pub struct RenderArgs {
     /// Shares of the mutation strategies (mlt), as bidirectional=0.5,lens=0.3,caustic=0.1,multichain=0.1,lenssubpath=0.1,wavelength=0.05
     ///
     /// Relative to each other; 0 removes a strategy, and so does not naming it (wavelength then has 5 %). Bidirectional
-    /// must be > 0. By default fixed shares, with caustic and multichain only where the scene has specular surfaces.
+    /// must be > 0. By default fixed shares, with caustic and multichain only where the scene calls for them.
     #[arg(long, value_name = "STRATEGY=SHARE,…", value_parser = super::mutate::shares)]
     pub mutate: Option<Shares>,
+    /// Effects to force or to leave out
+    #[command(flatten)]
+    pub effects: super::plan::EffectArgs,
     /// Exposure of PNG files in stops
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     pub exposure: f32,

@@ -91,7 +91,7 @@ impl Report {
             integrator: format!("{:?}", job.integrator).to_lowercase(),
             seed,
             scene_hash: format!("{:016x}", scene.hash),
-            lanes: job.lanes,
+            lanes: job.plan.lanes,
             threads: rayon::current_num_threads(),
             resolution: scene.camera.resolution,
             crop: scene.camera.crop,

@@ -5,7 +5,7 @@ use crate::accel::Accel;
 use crate::film::{Bins, Filter};
 use crate::path::{Tally, Vertex, World};
 use crate::sampling::Rng;
-use crate::scene::spectrum::{Lanes, Spectrum, Target};
+use crate::scene::spectrum::{Grey, Lanes, Spectrum, Target};
 use glam::Vec2;
 use rayon::prelude::*;
 
@@ -59,6 +59,7 @@ pub struct CameraPass {
     stage: u32,
     seed: u64,
     target: Target,
+    grey: Option<Grey>,
     /// Of each pixel: Σ w·X, w·Y, w·Z, (w·Y)², then Σ of (the w·Y of a block)² over the whole blocks of [`BLOCK`]
     /// consecutive samples, and the w·Y of the block that is not whole yet.
     pub(super) sums: Vec<[f64; 6]>,
@@ -89,6 +90,7 @@ impl CameraPass {
             sums: vec![[0.0; 6]; n],
             spectra: bins.map(|b| (b, vec![0.0; n * b.count])),
             target: world.target,
+            grey: world.grey,
             samples: 0.0,
             shift: Rng::new(seed, stage, u32::MAX, u32::MAX).next_u32(),
         }
@@ -107,7 +109,7 @@ impl CameraPass {
         let dither = self.shift;
         let width = (x1 - x0) as usize;
         let (filter, stage, seed) = (&self.filter, self.stage, self.seed);
-        let target = self.target;
+        let (target, grey) = (self.target, self.grey);
         let (bins, spectra) = match &mut self.spectra {
             Some((bins, sums)) => (Some(*bins), sums.as_mut_slice()),
             None => (None, [].as_mut_slice()),
@@ -148,8 +150,12 @@ impl CameraPass {
                         let u = Vec2::new(at(0, R2[0]), at(1, R2[1]))
                             .min(Vec2::splat(1.0 - f32::EPSILON / 2.0));
                         let (offset, weight) = filter.sample(u);
-                        let lanes =
-                            Lanes::with(at(2, GOLDEN).min(1.0 - f32::EPSILON / 2.0), target);
+                        let lanes = match &grey {
+                            None => {
+                                Lanes::with(at(2, GOLDEN).min(1.0 - f32::EPSILON / 2.0), target)
+                            }
+                            Some(grey) => grey.lanes(target),
+                        };
                         let raster = Vec2::new(x as f32 + 0.5, y as f32 + 0.5) + offset;
                         let mut gathered = Gathered {
                             xyz: [0.0; 3],

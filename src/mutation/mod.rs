@@ -22,6 +22,8 @@ pub use lens_subpath::LensSubpath;
 pub use multi_chain::MultiChainPerturbation;
 pub use wavelength::Wavelength;
 
+pub use crate::plan::Strategy;
+
 use crate::accel::Accel;
 use crate::path::{Ends, Palette, Path, Pool, Tally, Vertex, World, trace_into};
 use crate::sampling::{Entries, Rng};
@@ -29,47 +31,7 @@ use crate::scatter::{Mode, Transport};
 use crate::scene::spectrum::Lanes;
 use glam::Vec3;
 
-/// The strategies, in the order in which statistics list them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Strategy {
-    /// Replaces a sub-path (Veach 11.4.2).
-    Bidirectional,
-    /// Moves the raster point a little (Veach 11.4.3.1).
-    Lens,
-    /// Turns a direction on the light side a little (Veach 11.4.3.2).
-    Caustic,
-    /// Moves the raster point, and directions between specular chains, a little (Veach 11.4.3.3).
-    MultiChain,
-    /// Replaces the lens sub-path by a stratified one (Veach 11.4.4).
-    LensSubpath,
-    /// Redraws the wavelengths.
-    Wavelength,
-}
-
 impl Strategy {
-    /// All strategies.
-    pub const ALL: [Self; 6] = [
-        Self::Bidirectional,
-        Self::Lens,
-        Self::Caustic,
-        Self::MultiChain,
-        Self::LensSubpath,
-        Self::Wavelength,
-    ];
-
-    /// Name as used on the command line and in statistics.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Bidirectional => "bidirectional",
-            Self::Lens => "lens",
-            Self::Caustic => "caustic",
-            Self::MultiChain => "multichain",
-            Self::LensSubpath => "lenssubpath",
-            Self::Wavelength => "wavelength",
-        }
-    }
-
     /// The strategy may be chosen at x (`dispersive`: the scene has such materials at all).
     #[inline]
     pub fn suits<const N: usize>(self, dispersive: bool, x: &Path<N>, pool: &Pool<N>) -> bool {

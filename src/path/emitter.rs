@@ -32,6 +32,11 @@ pub struct Emitters {
 impl Emitters {
     /// Prepares the lights of a scene; they are chosen in proportion to their luminous power.
     pub fn new(scene: &Scene) -> Self {
+        Self::among(scene, |_| true)
+    }
+
+    /// As [`Self::new`], of the lights for which `lit` holds; the others must be such that they give no path anything.
+    pub fn among(scene: &Scene, lit: impl Fn(usize) -> bool) -> Self {
         let (center, radius) = scene.bounding_sphere();
         let disk = PI * (radius as f64).powi(2);
         let mut power = Vec::new();
@@ -39,6 +44,10 @@ impl Emitters {
         let mut inv_area = vec![0.0; scene.lights.len()];
         let mut hittable = false;
         for (i, l) in scene.lights.iter().enumerate() {
+            if !lit(i) {
+                power.push(0.0);
+                continue;
+            }
             let y = |c: &Curve| luminance(c) as f64;
             power.push(match l {
                 Light::Area {

@@ -2,7 +2,8 @@
 
 use super::{Emitters, Kind, Lens, Tally, Vertex};
 use crate::accel::{Accel, Ray, offset_origin, visible};
-use crate::scene::spectrum::{Lanes, Target};
+use crate::plan::{Effect, Plan};
+use crate::scene::spectrum::{Grey, Lanes, Target};
 use crate::scene::{Material, Scene};
 use glam::Vec3;
 
@@ -22,6 +23,8 @@ pub struct World<'a, A: Accel> {
     pub max_edges: usize,
     /// What the target τ of every path is made of.
     pub target: Target,
+    /// The one wavelength that all paths carry, in a scene without colour.
+    pub grey: Option<Grey>,
 }
 
 impl<'a, A: Accel> World<'a, A> {
@@ -35,6 +38,17 @@ impl<'a, A: Accel> World<'a, A> {
             dispersive: scene.materials.iter().any(Material::is_dispersive),
             max_edges: max_depth as usize + 1,
             target: Target::default(),
+            grey: None,
+        }
+    }
+
+    /// The same as a plan of the scene has it: without the lights that give nothing, and without what nothing calls for.
+    pub fn with_plan(self, plan: &Plan) -> Self {
+        Self {
+            emitters: Emitters::among(self.scene, |i| plan.lit[i]),
+            dispersive: plan.on(Effect::Dispersion),
+            grey: plan.grey.as_ref().map(|g| g.1),
+            ..self
         }
     }
 
@@ -46,7 +60,10 @@ impl<'a, A: Accel> World<'a, A> {
     /// The lanes of hero variable `u`, with the target of this render.
     #[inline]
     pub fn lanes<const N: usize>(&self, u: f32) -> Lanes<N> {
-        Lanes::with(u, self.target)
+        match &self.grey {
+            None => Lanes::with(u, self.target),
+            Some(grey) => grey.lanes(self.target),
+        }
     }
 
     /// The origin of a ray that leaves `x` in direction `w`; `at` where `x` is on no surface.

@@ -1,11 +1,9 @@
 //! The GGX microfacet distribution (Trowbridge & Reitz 1975; Walter et al. 2007), anisotropic, with Smith's
 //! height-correlated masking (Heitz 2014) and sampling of the visible normals.
 
+use crate::scene::material::SMOOTH;
 use glam::{Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, TAU};
-
-/// Roughness below which a surface is taken for smooth (pbrt-v4's threshold on both α).
-pub const SMOOTH: f32 = 1e-3;
 
 /// Least α of a rough direction, so that one smooth direction of two does not divide by 0 (as pbrt-v4).
 const LEAST: f32 = 1e-4;

@@ -20,7 +20,7 @@ pub mod thin_dielectric;
 
 pub use frame::Frame;
 pub use mix::resolve as resolve_mix;
-pub use shade::{may_be_specular, shade, shade_material};
+pub use shade::{shade, shade_material};
 
 use crate::scene::spectrum::Spectrum;
 use glam::{Vec2, Vec3};

@@ -11,7 +11,7 @@ use super::{Bsdf, mix};
 use crate::scene::Scene;
 use crate::scene::material::{ConductorFresnel, Material, Roughness};
 use crate::scene::spectrum::{Curve, Lanes};
-use crate::scene::texture::{FloatTexture, Image, SpectrumTexture};
+use crate::scene::texture::{Image, SpectrumTexture};
 use glam::Vec2;
 
 /// The BSDF of `material` at `uv` and the wavelengths of `lanes`; black where there is no such material.
@@ -117,21 +117,5 @@ fn facets(r: &Roughness, uv: Vec2, images: &[Image]) -> Option<Ggx> {
         Ggx::new(u.max(0.0).sqrt(), v.max(0.0).sqrt())
     } else {
         Ggx::new(u, v)
-    }
-}
-
-/// Some point of the material may have a delta lobe. A roughness from an image counts as one that may be smooth, and a
-/// mix has what its parts have.
-pub fn may_be_specular(material: &Material) -> bool {
-    let constant = |t: &FloatTexture| matches!(t, FloatTexture::Constant(_));
-    match material {
-        Material::Diffuse { .. } | Material::Mix { .. } => false,
-        Material::ThinDielectric { .. } => true,
-        Material::Conductor { roughness, .. }
-        | Material::Dielectric { roughness, .. }
-        | Material::CoatedDiffuse { roughness, .. } => {
-            let known = constant(&roughness.u) && constant(&roughness.v);
-            !known || facets(roughness, Vec2::ZERO, &[]).is_none()
-        }
     }
 }

@@ -3,6 +3,9 @@
 use super::spectrum::Curve;
 use super::texture::{FloatTexture, SpectrumTexture};
 
+/// α below which a surface is taken for smooth, if both are (pbrt-v4's threshold).
+pub const SMOOTH: f32 = 1e-3;
+
 /// GGX roughness along the two tangents, as α (already remapped when the scene asks for it).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Roughness {
@@ -18,6 +21,29 @@ impl Roughness {
     /// The same everywhere.
     pub fn is_uniform(&self) -> bool {
         self.u.is_uniform() && self.v.is_uniform()
+    }
+
+    /// Some point may be rough.
+    pub fn may_be_rough(&self) -> bool {
+        let rough = |t: &FloatTexture| match t {
+            FloatTexture::Constant(a) if self.remap => a.max(0.0).sqrt() >= SMOOTH,
+            FloatTexture::Constant(a) => *a >= SMOOTH,
+            _ => true,
+        };
+        rough(&self.u) || rough(&self.v)
+    }
+
+    /// Some point may be smooth. A roughness from a texture counts as one that may be.
+    pub fn may_be_smooth(&self) -> bool {
+        let alpha = |a: f32| if self.remap { a.max(0.0).sqrt() } else { a };
+        match (&self.u, &self.v) {
+            (FloatTexture::Constant(u), FloatTexture::Constant(v)) => {
+                let largest = alpha(*u).max(alpha(*v));
+                // A NaN counts as smooth.
+                largest.is_nan() || largest < SMOOTH
+            }
+            _ => true,
+        }
     }
 }
 
@@ -91,6 +117,35 @@ impl Material {
         }
     }
 
+    /// Some point may have a delta lobe; a mix has what its parts have.
+    pub fn may_be_specular(&self) -> bool {
+        match self {
+            Self::Diffuse { .. } | Self::Mix { .. } => false,
+            Self::ThinDielectric { .. } => true,
+            // A coat without a step in the index mirrors nothing, one rarer than what is outside counts as smooth.
+            Self::CoatedDiffuse { eta, roughness, .. } => {
+                let smooth = roughness.may_be_smooth();
+                somewhere(eta, |e| e < 1.0 || (smooth && e > 1.0))
+            }
+            // Facets without a step in the index bend nothing: such glass goes straight through, which is a delta too.
+            Self::Dielectric { eta, roughness } => {
+                roughness.may_be_smooth() || somewhere(eta, |e| e == 1.0)
+            }
+            Self::Conductor { roughness, .. } => roughness.may_be_smooth(),
+        }
+    }
+
+    /// Some point may have a lobe that is not a delta; a mix has what its parts have.
+    pub fn may_be_non_specular(&self) -> bool {
+        match self {
+            Self::Diffuse { .. } | Self::CoatedDiffuse { .. } => true,
+            Self::ThinDielectric { .. } | Self::Mix { .. } => false,
+            Self::Conductor { roughness, .. } | Self::Dielectric { roughness, .. } => {
+                roughness.may_be_rough()
+            }
+        }
+    }
+
     /// Looks the same everywhere: nothing in it is a texture.
     pub fn is_uniform(&self) -> bool {
         match self {
@@ -121,5 +176,17 @@ impl Material {
             | Self::CoatedDiffuse { roughness, .. } => roughness.u != roughness.v,
             _ => false,
         }
+    }
+}
+
+/// `f` holds for an index at some whole nanometre; an index of 0 stands for 1.
+fn somewhere(eta: &Curve, f: impl Fn(f32) -> bool) -> bool {
+    let at = |l: u32| match eta.at(l as f32) {
+        e if e > 0.0 && e.is_finite() => f(e),
+        _ => f(1.0),
+    };
+    match eta {
+        Curve::Constant(_) => at(360),
+        _ => (360..=830).any(at),
     }
 }

@@ -77,7 +77,7 @@ pub struct RenderSettings {
 }
 
 /// A scene ready to be traced. World coordinates are recentred: true world = `origin` + stored.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Scene {
     /// World-space primitives.
     pub geometry: Geometry,

@@ -30,4 +30,6 @@ pub struct Sources {
     pub lights: Vec<Source>,
     /// The camera, if the file has one.
     pub camera: Option<Source>,
+    /// The integrator, if the file has one.
+    pub integrator: Option<Source>,
 }

@@ -95,7 +95,11 @@ impl Loader {
     }
 
     fn integrator(&mut self) -> Result<(Option<IntegratorKind>, u32, Option<u32>)> {
-        let (kind, p) = directive(self.prelude.integrator.take(), "volpath", "Integrator");
+        let pending = self.prelude.integrator.take();
+        self.sources.integrator = pending
+            .as_ref()
+            .map(|d| super::state::source(format!("integrator \"{}\"", d.kind), &d.params.at));
+        let (kind, p) = directive(pending, "volpath", "Integrator");
         let known = match kind.as_str() {
             "path" | "volpath" | "simplepath" | "simplevolpath" => Some(IntegratorKind::Pt),
             "bdpt" => Some(IntegratorKind::Bdpt),

@@ -1,6 +1,7 @@
 //! Spectra: lanes of wavelengths, curves over wavelength, RGB upsampling, the CIE observer.
 
 mod curve;
+mod grey;
 mod lanes;
 mod named;
 mod observer;
@@ -10,6 +11,7 @@ mod sources;
 mod wavelengths;
 
 pub use curve::Curve;
+pub use grey::Grey;
 pub use lanes::Spectrum;
 pub use named::{d65, named, names};
 pub use observer::{

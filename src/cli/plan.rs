@@ -1,0 +1,179 @@
+//! `metrolux plan`: what a scene calls for, why, and what follows from it.
+
+use super::CliError;
+use super::engine::Prepared;
+use super::plan_memory::{Memory, megabytes};
+use super::render_args::{AccelArg, PrecisionArg, RenderArgs};
+use crate::plan::{Effect, Finding, Strategy, Unlit};
+use clap::Args;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::process::ExitCode;
+
+/// Effects chosen on the command line.
+#[derive(Args, Clone, Debug, Default)]
+pub struct EffectArgs {
+    /// Simulate an effect though nothing in the scene calls for it; may be given several times
+    ///
+    /// The image stays the same; it shows what the effect costs. `metrolux plan` tells which effects there are.
+    #[arg(long, value_name = "EFFECT", value_delimiter = ',')]
+    pub force: Vec<Effect>,
+    /// Leave an effect out though the scene calls for it; a warning tells what is then wrong with the image
+    #[arg(long, value_name = "EFFECT", value_delimiter = ',')]
+    pub without: Vec<Effect>,
+}
+
+impl EffectArgs {
+    /// Refuses what cannot be done.
+    ///
+    /// # Errors
+    /// An effect both forced and left out, or one that there is no code for.
+    pub fn check(&self) -> Result<(), CliError> {
+        if let Some(e) = self.force.iter().find(|e| self.without.contains(e)) {
+            let text = format!("found --force {e} and --without {e}, expected one of them");
+            return Err(CliError::Usage(text));
+        }
+        for e in &self.force {
+            let why = match e {
+                Effect::Alpha => {
+                    "alpha of 0 or 1 is settled by the loader, and any other is refused"
+                }
+                Effect::Instances => "the loader puts every instance into world space",
+                _ => continue,
+            };
+            let text = format!("--force {e}: there is nothing to force, since {why}");
+            return Err(CliError::Usage(text));
+        }
+        Ok(())
+    }
+}
+
+/// Arguments of `metrolux plan`.
+#[derive(Args, Debug)]
+pub struct PlanArgs {
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+    /// The same options as those of render
+    #[command(flatten)]
+    pub render: RenderArgs,
+}
+
+/// A plan as JSON.
+#[derive(Serialize)]
+struct Told<'a> {
+    scene: String,
+    scene_hash: String,
+    integrator: String,
+    resolution: [u32; 2],
+    max_edges: usize,
+    lanes: usize,
+    /// The wavelength that stands for all in a scene without colour, nm.
+    one_wavelength: Option<f32>,
+    effects: &'a [Finding],
+    strategies: BTreeMap<&'static str, f64>,
+    lights: Lights<'a>,
+    unused_materials: Vec<String>,
+    embree: EmbreeFlags,
+    memory_bytes: BTreeMap<&'static str, u64>,
+    refused: &'a [String],
+}
+
+#[derive(Serialize)]
+struct Lights<'a> {
+    sampled: usize,
+    left_out: &'a [Unlit],
+}
+
+/// What the acceleration structure is asked for.
+#[derive(Serialize)]
+struct EmbreeFlags {
+    used: bool,
+    robust: bool,
+    high_quality: bool,
+    filter_callback: bool,
+    instance_level: bool,
+}
+
+impl EmbreeFlags {
+    fn text(&self) -> String {
+        if !self.used {
+            return "not used".into();
+        }
+        let word = |on: bool, yes: &'static str, no: &'static str| if on { yes } else { no };
+        [
+            word(self.robust, "robust", "fast"),
+            word(self.high_quality, "high-quality build", "medium build"),
+            word(self.instance_level, "instances", "one level"),
+            word(
+                self.filter_callback,
+                "filter callback",
+                "no filter callback",
+            ),
+        ]
+        .join(", ")
+    }
+}
+
+/// Runs the sub-command.
+///
+/// # Errors
+/// A scene that cannot be read, options that do not go together.
+pub fn run(args: &PlanArgs) -> Result<ExitCode, CliError> {
+    let prepared = Prepared::new(&args.render)?;
+    let (scene, job, plan) = (&prepared.scene, &prepared.job, &prepared.job.plan);
+    let flags = EmbreeFlags {
+        used: args.render.accel == AccelArg::Embree,
+        robust: args.render.accel_precision == PrecisionArg::Robust,
+        high_quality: true,
+        filter_callback: plan.on(Effect::Alpha),
+        instance_level: plan.on(Effect::Instances),
+    };
+    let memory = Memory::of(scene, job);
+    let integrator = format!("{:?}", job.integrator).to_lowercase();
+    if args.json {
+        let told = Told {
+            scene: args.render.scene.display().to_string(),
+            scene_hash: format!("{:016x}", scene.hash),
+            integrator,
+            resolution: scene.camera.resolution,
+            max_edges: plan.max_edges,
+            lanes: plan.lanes,
+            one_wavelength: plan.grey.as_ref().map(|g| g.1.lambda),
+            effects: &plan.findings,
+            strategies: Strategy::ALL
+                .iter()
+                .map(|s| (s.name(), plan.shares.get(*s)))
+                .collect(),
+            lights: Lights {
+                sampled: plan.lit.iter().filter(|l| **l).count(),
+                left_out: &plan.unlit,
+            },
+            unused_materials: plan.unused.iter().map(ToString::to_string).collect(),
+            embree: flags,
+            memory_bytes: memory.parts.iter().copied().collect(),
+            refused: &scene.warnings,
+        };
+        let text = serde_json::to_string_pretty(&told);
+        println!("{}", text.map_err(|e| CliError::Internal(e.to_string()))?);
+        return Ok(ExitCode::SUCCESS);
+    }
+    let [w, h] = scene.camera.resolution;
+    println!("{}: {integrator}, {w}x{h}", args.render.scene.display());
+    print!("{}", plan.text());
+    println!("embree         {}", flags.text());
+    let parts = memory.parts.iter().filter(|p| p.1 > 0);
+    let parts: Vec<String> = parts
+        .map(|(name, bytes)| format!("{name} {}", megabytes(*bytes)))
+        .collect();
+    println!(
+        "memory         about {}: {}",
+        megabytes(memory.total()),
+        parts.join(", ")
+    );
+    match &scene.warnings[..] {
+        [] => println!("refused        nothing"),
+        all => all.iter().for_each(|w| println!("refused        {w}")),
+    }
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,189 @@
+//! What in a scene calls for each effect, with its place.
+
+use super::reach::certain;
+use super::{Effect, colour};
+use crate::scene::load::Location;
+use crate::scene::material::ConductorFresnel;
+use crate::scene::spectrum::Curve;
+use crate::scene::{Light, Material, Scene, Source};
+use serde::{Serialize, Serializer};
+
+/// Something that calls for an effect.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Cause {
+    /// What it is, and why it does.
+    pub what: String,
+    /// Where it stands in the scene file; `None` for what the command line says.
+    #[serde(serialize_with = "place")]
+    pub at: Option<Location>,
+}
+
+fn place<S: Serializer>(at: &Option<Location>, s: S) -> Result<S::Ok, S::Error> {
+    match at {
+        Some(at) => s.collect_str(at),
+        None => s.serialize_none(),
+    }
+}
+
+impl std::fmt::Display for Cause {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match &self.at {
+            Some(at) => write!(f, "{} ({at})", self.what),
+            None => f.write_str(&self.what),
+        }
+    }
+}
+
+impl Cause {
+    /// From what the command line says.
+    pub fn option(what: impl Into<String>) -> Self {
+        Self {
+            what: what.into(),
+            at: None,
+        }
+    }
+
+    fn of(source: Option<&Source>, otherwise: &str, why: &str) -> Self {
+        let label = source.map_or(otherwise, |s| &s.label);
+        Self {
+            what: format!("{label} {why}"),
+            at: source.map(|s| s.at.clone()),
+        }
+    }
+
+    pub(super) fn material(scene: &Scene, i: usize, why: &str) -> Self {
+        Self::of(scene.sources.materials.get(i), "a material", why)
+    }
+
+    pub(super) fn light(scene: &Scene, i: usize, why: &str) -> Self {
+        Self::of(scene.sources.lights.get(i), "a light", why)
+    }
+}
+
+/// The causes of every effect but the perturbations, and the illuminant of the scene if it has no colour.
+pub(super) struct Causes {
+    by_effect: [Vec<Cause>; Effect::ALL.len()],
+    pub(super) illuminant: Curve,
+}
+
+impl Causes {
+    /// Looks through the scene; `live` materials and `lit` lights count.
+    pub(super) fn new(scene: &Scene, live: &[bool], lit: &[bool]) -> Self {
+        let (colours, illuminant) = colour::colours(scene, live, lit);
+        let mut all = Self {
+            by_effect: Default::default(),
+            illuminant,
+        };
+        all.by_effect[Effect::Colour as usize] = colours;
+        let (mut specular, mut rough) = (Vec::new(), false);
+        for (i, m) in scene.materials.iter().enumerate().filter(|m| live[m.0]) {
+            let cause = |why: &str| Cause::material(scene, i, why);
+            if m.is_dispersive() {
+                all.add(
+                    Effect::Dispersion,
+                    cause("has an index that varies with the wavelength"),
+                );
+            }
+            if m.may_be_specular() {
+                specular.push(cause("has a delta lobe"));
+            }
+            rough |= m.may_be_non_specular();
+            if let Some(what) = varies(m) {
+                all.add(Effect::Textures, cause(&format!("has a textured {what}")));
+            }
+        }
+        let depth = scene.settings.max_depth;
+        let integrator = scene.sources.integrator.as_ref();
+        if depth > 1 {
+            let why = format!("lets light scatter up to {depth} times");
+            all.add(
+                Effect::Indirect,
+                Cause::of(integrator, "the maximal depth", &why),
+            );
+        }
+        // (L|D)S⁺DE scatters twice at least, LS⁺DS⁺E three times.
+        for (effect, least) in [(Effect::Caustic, 2), (Effect::MultiChain, 3)] {
+            if rough && depth >= least {
+                specular.iter().for_each(|c| all.add(effect, c.clone()));
+            }
+        }
+        all.by_effect[Effect::Specular as usize] = specular;
+        if scene.camera.lens_radius > 0.0 {
+            let why = format!("has a lens of radius {}", scene.camera.lens_radius);
+            let camera = scene.sources.camera.as_ref();
+            all.add(Effect::Aperture, Cause::of(camera, "the camera", &why));
+        }
+        for (i, l) in scene.lights.iter().enumerate().filter(|l| lit[l.0]) {
+            if is_environment(l) {
+                let cause = Cause::light(scene, i, "shines from every direction");
+                all.add(Effect::Environment, cause);
+            }
+        }
+        let mut used = vec![false; scene.geometry.shapes.len()];
+        for &s in &scene.geometry.prim_shape {
+            used[s as usize] = true;
+        }
+        for (i, s) in scene.geometry.shapes.iter().enumerate() {
+            if used[i] && s.has_normals {
+                let source = scene.sources.shapes.get(i);
+                all.add(
+                    Effect::Normals,
+                    Cause::of(source, "a shape", "has vertex normals"),
+                );
+            }
+        }
+        for causes in &mut all.by_effect {
+            unique(causes);
+        }
+        all
+    }
+
+    fn add(&mut self, effect: Effect, cause: Cause) {
+        self.by_effect[effect as usize].push(cause);
+    }
+
+    /// What calls for `effect`, in the order of the scene file; empty if nothing does.
+    pub(super) fn take(&mut self, effect: Effect) -> Vec<Cause> {
+        std::mem::take(&mut self.by_effect[effect as usize])
+    }
+}
+
+/// One cause for each place: a mesh of lights is one directive.
+fn unique(causes: &mut Vec<Cause>) {
+    let mut seen = std::collections::HashSet::new();
+    causes.retain(|c| seen.insert((c.at.clone(), c.what.clone())));
+}
+
+/// A light that fills directions at infinity.
+pub(super) fn is_environment(l: &Light) -> bool {
+    matches!(
+        l,
+        Light::InfiniteConstant { .. } | Light::InfiniteImage { .. }
+    )
+}
+
+/// What of a material comes from a texture.
+fn varies(m: &Material) -> Option<&'static str> {
+    let rough = |r: &crate::scene::material::Roughness| !r.is_uniform();
+    Some(match m {
+        Material::Diffuse { reflectance } | Material::CoatedDiffuse { reflectance, .. }
+            if !reflectance.is_uniform() =>
+        {
+            "reflectance"
+        }
+        Material::Conductor {
+            fresnel: ConductorFresnel::Reflectance(r),
+            ..
+        } if !r.is_uniform() => "reflectance",
+        Material::Conductor { roughness, .. }
+        | Material::Dielectric { roughness, .. }
+        | Material::CoatedDiffuse { roughness, .. }
+            if rough(roughness) =>
+        {
+            "roughness"
+        }
+        // Which part a point has is asked of the point, as with a texture.
+        Material::Mix { .. } if certain(m).is_none() => "mixture",
+        _ => return None,
+    })
+}

@@ -1,0 +1,121 @@
+//! A plan as a person reads it.
+
+use super::{Cause, Effect, Finding, Plan, Strategy, Verdict};
+use std::fmt::Write;
+
+impl Plan {
+    /// Every effect with its cause or what is skipped, the strategies, the wavelengths, the lights.
+    pub fn text(&self) -> String {
+        let mut t = String::from("effects\n");
+        for f in &self.findings {
+            let (word, rest) = told(f);
+            let _ = writeln!(t, "  {:<12} {word:<9} {rest}", f.effect.name());
+        }
+        let _ = writeln!(t, "strategies     {}", self.strategies());
+        let _ = writeln!(t, "wavelengths    {}", self.wavelengths());
+        let _ = writeln!(t, "lights         {}", self.lights());
+        let _ = writeln!(
+            t,
+            "path length    storage for up to {} edges; none is cut shorter",
+            self.max_edges
+        );
+        if !self.unused.is_empty() {
+            let _ = writeln!(t, "left aside     {}", several(&self.unused));
+        }
+        t
+    }
+
+    /// In two lines: what is simulated, and how.
+    pub fn short(&self) -> String {
+        let names = |on: bool| -> String {
+            let of = self.findings.iter().filter(|f| f.verdict.on() == on);
+            let names: Vec<&str> = of.map(|f| f.effect.name()).collect();
+            match names.is_empty() {
+                true => "nothing".into(),
+                false => names.join(", "),
+            }
+        };
+        format!(
+            "plan: {}; not called for: {}\nplan: {}; {}",
+            names(true),
+            names(false),
+            self.wavelengths(),
+            self.strategies()
+        )
+    }
+
+    /// What will be wrong with the image, for each effect that is left out though the scene calls for it.
+    pub fn wrongs(&self) -> Vec<String> {
+        let left_out = |f: &&Finding| f.verdict == Verdict::LeftOut;
+        let found = self.findings.iter().filter(left_out);
+        found
+            .map(|f| {
+                format!(
+                    "without {}: {}; called for by {}",
+                    f.effect,
+                    f.effect.missed(),
+                    several(&f.causes)
+                )
+            })
+            .collect()
+    }
+
+    /// The strategies that have a share, and those that have none.
+    fn strategies(&self) -> String {
+        if !self.on(Effect::Indirect) && self.max_edges <= 2 {
+            return "none".into();
+        }
+        let total: f64 = self.shares.0.iter().sum();
+        let each = Strategy::ALL.into_iter().filter_map(|s| {
+            let share = self.shares.get(s);
+            (share > 0.0).then(|| format!("{} {:.0} %", s.name(), 100.0 * share / total))
+        });
+        each.collect::<Vec<_>>().join(", ")
+    }
+
+    fn wavelengths(&self) -> String {
+        match (&self.grey, self.lanes) {
+            (Some((_, g)), _) => format!("1 lane at {} nm stands for all", g.lambda),
+            (None, 1) => "1 lane".into(),
+            (None, n) => format!("{n} lanes"),
+        }
+    }
+
+    fn lights(&self) -> String {
+        let lit = self.lit.iter().filter(|l| **l).count();
+        let mut t = format!("{lit} of {} are sampled", self.lit.len());
+        for u in &self.unlit {
+            let times = match u.count {
+                1 => String::new(),
+                n => format!(" ({n} of them)"),
+            };
+            let _ = write!(t, "; not {}{times}", u.light);
+        }
+        t
+    }
+}
+
+fn told(f: &Finding) -> (&'static str, String) {
+    match f.verdict {
+        Verdict::CalledFor => ("yes", several(&f.causes)),
+        Verdict::NotCalledFor => ("no", f.effect.skipped().into()),
+        Verdict::Forced => ("forced", "nothing in the scene calls for it".into()),
+        Verdict::LeftOut => (
+            "left out",
+            format!(
+                "{}; called for by {}",
+                f.effect.missed(),
+                several(&f.causes)
+            ),
+        ),
+    }
+}
+
+/// The first cause and how many more there are.
+fn several(causes: &[Cause]) -> String {
+    match causes {
+        [] => "nothing".into(),
+        [one] => one.to_string(),
+        [first, rest @ ..] => format!("{first} and {} more", rest.len()),
+    }
+}
