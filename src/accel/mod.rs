@@ -16,7 +16,7 @@ mod testing;
 mod tests;
 pub mod triangle;
 
-pub use self::obvhs::Obvhs;
+pub use self::obvhs::{Obvhs, ObvhsOptions};
 pub use canonical::closest;
 pub use checked::Checked;
 pub use embree::{Embree, EmbreeError, EmbreeOptions};

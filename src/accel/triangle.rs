@@ -24,8 +24,8 @@ pub struct TriangleHit {
 pub struct Sheared {
     origin: Vec3,
     /// Axis along which |d| is largest; it becomes z.
-    kz: u8,
-    shear: Vec3,
+    pub(super) kz: u8,
+    pub(super) shear: Vec3,
 }
 
 impl Sheared {

@@ -1,6 +1,7 @@
 //! Both backends give the same answers, and nothing slips between faces.
 
 use super::super::checked::same_place;
+use super::super::obvhs::{Preset, Tree};
 use super::super::testing::{Rng, icosphere, mixed, soup};
 use super::super::*;
 use super::*;
@@ -93,13 +94,19 @@ fn a_closed_mesh_leaks_no_ray() {
 
 /// No box hides a primitive that the shared routine hits, not even by a rounding at its rim.
 #[test]
-fn the_tree_of_obvhs_names_what_asking_every_primitive_names() {
+fn the_trees_of_obvhs_name_what_asking_every_primitive_names() {
     let mut rng = Rng(19);
     for i in 0..600 {
-        // A lone triangle fills its box to the rim; several make a tree.
-        let n = if i % 2 == 0 { 1 } else { 20 };
+        // A lone triangle fills its box to the rim; several make a tree, and 60 one of several levels.
+        let n = [1, 20, 1, 60][i % 4];
         let g = soup(&mut rng, n);
-        let b = Obvhs::new(&g);
+        let trees = [Tree::Wide, Tree::Binary].map(|tree| {
+            let options = ObvhsOptions {
+                tree,
+                ..ObvhsOptions::default()
+            };
+            Obvhs::with_options(&g, options)
+        });
         for k in 0..200 {
             // Aimed at corners and edges, from far away too, where roundings are largest against the boxes.
             let [p, q, _] = g.corners((rng.next() * n as f32) as u32);
@@ -120,8 +127,49 @@ fn the_tree_of_obvhs_names_what_asking_every_primitive_names() {
                     _ => {}
                 }
             }
-            assert_eq!(b.nearest(&ray), best.1, "{ray:?}");
-            assert_eq!(b.occluded(&ray), best.1.is_some(), "{ray:?}");
+            for tree in &trees {
+                assert_eq!(tree.nearest(&ray), best.1, "{} {ray:?}", tree.name());
+                assert_eq!(tree.occluded(&ray), best.1.is_some(), "{ray:?}");
+            }
+        }
+    }
+}
+
+/// Every kind of tree answers as every other.
+#[test]
+fn presets_and_splits_of_obvhs_agree() {
+    let mut rng = Rng(33);
+    let mut g = mixed(&mut rng, 3000, 30);
+    // Long triangles among small ones, so that there is something to split.
+    for i in (0..300).step_by(3) {
+        g.positions[i] = rng.vec3();
+    }
+    let plain = Obvhs::new(&g);
+    let rays: Vec<Ray> = (0..5000).map(|_| random_ray(&mut rng)).collect();
+    let named: Vec<Option<u32>> = rays.iter().map(|r| plain.nearest(r)).collect();
+    for tree in [Tree::Wide, Tree::Binary] {
+        for preset in Preset::ALL {
+            for splits in [false, true] {
+                let options = ObvhsOptions {
+                    tree,
+                    preset,
+                    splits,
+                };
+                let other = Obvhs::with_options(&g, options);
+                assert_eq!(other.entries() > g.prim_count(), splits, "{options}");
+                for (ray, expected) in rays.iter().zip(&named) {
+                    let named = other.nearest(ray);
+                    // A piece's box may cut off a distance that only a rounding makes the nearest.
+                    let tie = splits
+                        && matches!((named, expected), (Some(a), Some(b)) if same_place(&g, a, *b, ray));
+                    assert!(named == *expected || tie, "{options}: {ray:?}");
+                    assert_eq!(
+                        other.occluded(ray),
+                        expected.is_some(),
+                        "{options}: {ray:?}"
+                    );
+                }
+            }
         }
     }
 }

@@ -5,7 +5,7 @@ use super::super::*;
 use super::*;
 
 /// FNV-1a over the answers to many rays.
-fn hash(a: &Embree, rays: &[Ray]) -> u64 {
+fn hash(a: &impl Accel, rays: &[Ray]) -> u64 {
     let mut h = 0xcbf2_9ce4_8422_2325u64;
     for ray in rays {
         let word = a.nearest(ray).unwrap_or(u32::MAX) as u64 | (a.occluded(ray) as u64) << 32;
@@ -38,6 +38,20 @@ fn builds_answer_the_same_whatever_the_number_of_build_threads() {
             assert_eq!(hashes[0], hashes[2], "high quality: {high_quality}");
         }
     }
+}
+
+#[test]
+fn obvhs_builds_the_same_whatever_the_number_of_threads() {
+    let mut rng = Rng(34);
+    let g = mixed(&mut rng, 30_000, 50);
+    let rays: Vec<Ray> = (0..20_000).map(|_| random_ray(&mut rng)).collect();
+    let hashes = [1, 2, 7].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let built = pool.expect("threads start").install(|| Obvhs::new(&g));
+        (hash(&built, &rays), built.memory_bytes())
+    });
+    assert_eq!(hashes[0], hashes[1]);
+    assert_eq!(hashes[0], hashes[2]);
 }
 
 #[test]
