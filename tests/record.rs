@@ -1,4 +1,4 @@
-//! `--record-rays`: a render's rays, all of them, in a file that stands for itself.
+//! `--record-rays`: a render's rays, all of them, in a file that stands for itself; `bench-accel`, which times such rays.
 
 use assert_cmd::Command;
 use metrolux::accel::record::{self, Kind};
@@ -79,4 +79,91 @@ fn only_embrees_rays_are_recorded_and_the_help_does_not_offer_it() {
         text.contains("--stats") && !text.contains("record"),
         "{text}"
     );
+}
+
+/// Runs bench-accel and parses what it prints.
+fn bench(folder: &Path, more: &[&str]) -> serde_json::Value {
+    let out = Command::cargo_bin("metrolux")
+        .expect("built with the tests")
+        .args(["bench-accel", "--quiet", "--json", "--turns", "2"])
+        .args(["--least", "0.1", "--count", "4096", "--threads", "1,2"])
+        .args([
+            "--contenders",
+            "embree-high,embree-low-compact,obvhs-cwbvh-fast-splits,obvhs-bvh2-medium",
+        ])
+        .args(more)
+        .current_dir(folder)
+        .output()
+        .expect("the program starts");
+    assert!(out.status.success(), "{out:?}");
+    serde_json::from_slice(&out.stdout).expect("JSON")
+}
+
+#[test]
+fn bench_accel_times_every_contender_on_the_same_rays() {
+    let folder = tempfile::tempdir().expect("a folder for temporary files");
+    let more = ["-o", "page", "--save-rays", "rays", SCENE];
+    let report = bench(folder.path(), &more);
+    let speeds = report["speeds"].as_array().expect("rows");
+    let sets = [
+        "primary-closest",
+        "bounce-closest",
+        "shadow-any",
+        "mlt-closest",
+        "mlt-any",
+    ];
+    assert_eq!(speeds.len(), sets.len() * 4 * 2);
+    for (i, row) in speeds.iter().enumerate() {
+        assert_eq!(row["set"], sets[i / 8]);
+        // Every contender finds as many hits on as many threads, and some.
+        assert_eq!(row["hits"], speeds[i / 8 * 8]["hits"], "{row}");
+        assert!(row["hits"].as_u64().expect("a number") > 100, "{row}");
+        let rate = row["rays_per_second"]["median"].as_f64().expect("a number");
+        assert!(rate > 1e3 && row["ratio"]["low"].as_f64().expect("a number") > 0.0);
+        let first = i % 4 == 0;
+        assert_eq!(row["ratio"]["median"].as_f64() == Some(1.0), first, "{row}");
+    }
+    let builds = report["builds"].as_array().expect("rows");
+    assert_eq!(builds.len(), 4 * 2);
+    assert!(builds.iter().all(|b| b["bytes"].as_u64() > Some(1000)));
+    let machine = &report["machine"];
+    assert!(
+        machine["embree"].as_str().is_some_and(|v| v.contains('.')),
+        "{machine}"
+    );
+
+    let file =
+        |name: &str| std::fs::read_to_string(folder.path().join("page").join(name)).expect(name);
+    assert_eq!(file("bench-accel.csv").lines().count(), 1 + 40 + 8);
+    assert!(file("bench-accel.html").matches("<svg").count() == sets.len() + 1);
+    // What was saved is what was timed.
+    let again = bench(folder.path(), &["--rays", "rays/cornell-mlt-any.rays"]);
+    let row = &again["speeds"][0];
+    assert_eq!(row["set"], "recorded-any");
+    assert_eq!(row["hits"], speeds[4 * 8]["hits"]);
+    assert_eq!(row["rays"], speeds[4 * 8]["rays"]);
+}
+
+#[test]
+fn bench_accel_says_what_it_cannot_read() {
+    let folder = tempfile::tempdir().expect("a folder for temporary files");
+    std::fs::write(folder.path().join("no.rays"), b"nothing of the kind").expect("written");
+    for (args, expected) in [
+        (&["--rays", "no.rays"][..], "not a metrolux ray file"),
+        (&["--rays", "none.rays"][..], "none.rays"),
+        (&["none.pbrt"][..], "none.pbrt"),
+        (&["--contenders", "embree-best", SCENE][..], "embree-high"),
+        (&[][..], "SCENES"),
+    ] {
+        let out = Command::cargo_bin("metrolux")
+            .expect("built with the tests")
+            .arg("bench-accel")
+            .args(args)
+            .current_dir(folder.path())
+            .output()
+            .expect("the program starts");
+        let text = String::from_utf8_lossy(&out.stderr);
+        assert_eq!(out.status.code(), Some(2), "{out:?}");
+        assert!(text.contains(expected), "{text}");
+    }
 }

@@ -5,6 +5,7 @@
 #![allow(unsafe_code)]
 
 use super::fit::{padded_bounds, validate};
+use super::options::{EmbreeError, EmbreeOptions, Quality};
 use super::{Accel, Ray, quadric};
 use crate::scene::Geometry;
 use glam::Vec3;
@@ -27,46 +28,12 @@ mod sys {
     include!(concat!(env!("OUT_DIR"), "/embree.rs"));
 }
 
-/// How to build and trace.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct EmbreeOptions {
-    /// Watertight traversal (RTC_SCENE_FLAG_ROBUST).
-    pub robust: bool,
-    /// Threads of the build; 0 is the library's choice.
-    pub threads: usize,
-    /// Spatial splits (RTC_BUILD_QUALITY_HIGH): slower build, faster rays.
-    pub high_quality: bool,
-}
-
-impl Default for EmbreeOptions {
-    fn default() -> Self {
-        Self {
-            robust: true,
-            threads: 0,
-            high_quality: true,
-        }
-    }
-}
-
-/// Why there is no acceleration structure.
-#[derive(Debug, thiserror::Error, PartialEq, Eq)]
-pub enum EmbreeError {
-    /// The library made no device.
-    #[error("Embree made no device (error code {0})")]
-    NoDevice(u32),
-    /// The library refused a call; these are its own words.
-    #[error("Embree: {0}")]
-    Refused(String),
-    /// The geometry would make the library read outside its buffers or answer nonsense.
-    #[error("geometry not fit for ray tracing: {0}")]
-    Geometry(String),
-}
-
 /// What the library tells while it works. Its address is given away, so it lives in a box.
 #[derive(Default)]
 struct Monitor {
     errors: Mutex<Vec<String>>,
     bytes: AtomicIsize,
+    most: AtomicIsize,
 }
 
 impl Monitor {
@@ -108,12 +75,9 @@ impl Device {
         Ok(Self { raw, monitor })
     }
 
-    fn version(&self) -> u32 {
+    fn property(&self, which: sys::RTCDeviceProperty) -> u32 {
         // SAFETY: the device is alive.
-        let v = unsafe {
-            sys::rtcGetDeviceProperty(self.raw.as_ptr(), sys::RTC_DEVICE_PROPERTY_VERSION)
-        };
-        v as u32
+        unsafe { sys::rtcGetDeviceProperty(self.raw.as_ptr(), which) as u32 }
     }
 }
 
@@ -169,14 +133,18 @@ impl<'a> Embree<'a> {
 
     fn fill(&mut self, options: EmbreeOptions) -> Result<(), EmbreeError> {
         let scene = self.scene.as_ptr();
-        let quality = match options.high_quality {
-            true => sys::RTC_BUILD_QUALITY_HIGH,
-            false => sys::RTC_BUILD_QUALITY_MEDIUM,
+        let quality = match options.quality {
+            Quality::Low => sys::RTC_BUILD_QUALITY_LOW,
+            Quality::Medium => sys::RTC_BUILD_QUALITY_MEDIUM,
+            Quality::High => sys::RTC_BUILD_QUALITY_HIGH,
         };
-        let flags = match options.robust {
-            true => sys::RTC_SCENE_FLAG_ROBUST,
-            false => sys::RTC_SCENE_FLAG_NONE,
-        };
+        let mut flags = sys::RTC_SCENE_FLAG_NONE;
+        if options.robust {
+            flags |= sys::RTC_SCENE_FLAG_ROBUST;
+        }
+        if options.compact {
+            flags |= sys::RTC_SCENE_FLAG_COMPACT;
+        }
         // SAFETY: the scene is alive and not committed.
         unsafe {
             sys::rtcSetSceneFlags(scene, flags);
@@ -247,8 +215,25 @@ impl<'a> Embree<'a> {
 
     /// The version of the library that runs, as "4.3.3".
     pub fn version(&self) -> String {
-        let v = self.device.version();
+        let v = self.device.property(sys::RTC_DEVICE_PROPERTY_VERSION);
         format!("{}.{}.{}", v / 10_000, v / 100 % 100, v % 100)
+    }
+
+    /// The widest vectors the library traces with on this machine, as the name of an instruction set.
+    pub fn isa(&self) -> &'static str {
+        let native = |which| self.device.property(which) != 0;
+        if native(sys::RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) {
+            "AVX-512"
+        } else if native(sys::RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) {
+            "AVX"
+        } else {
+            "SSE"
+        }
+    }
+
+    /// Most bytes the library held at once, while it built.
+    pub fn peak_bytes(&self) -> usize {
+        self.device.monitor.most.load(Ordering::Relaxed).max(0) as usize
     }
 
     /// What the library has complained about since the last time, if anything.
@@ -349,7 +334,8 @@ unsafe extern "C" fn on_error(user: *mut c_void, code: sys::RTCError, text: *con
 unsafe extern "C" fn on_memory(user: *mut c_void, bytes: isize, _post: bool) -> bool {
     // SAFETY: `user` is the Monitor given with this callback.
     let monitor = unsafe { &*user.cast::<Monitor>() };
-    monitor.bytes.fetch_add(bytes, Ordering::Relaxed);
+    let now = monitor.bytes.fetch_add(bytes, Ordering::Relaxed) + bytes;
+    monitor.most.fetch_max(now, Ordering::Relaxed);
     true
 }
 

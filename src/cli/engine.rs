@@ -138,7 +138,7 @@ pub fn render(
             Ok(rendered)
         }
         (AccelArg::Obvhs, None) => {
-            let accel = Obvhs::new(&scene.geometry);
+            let accel = pool.install(|| Obvhs::new(&scene.geometry));
             let told = told("not used".into());
             Ok(pool.install(|| render_on(args, job, scene, &accel, told, progress)))
         }

@@ -1,6 +1,7 @@
 //! The command line: typed arguments → resolved job → work. One file a sub-command.
 
 mod bar;
+mod bench_accel;
 mod compare;
 mod engine;
 mod error;
@@ -41,6 +42,7 @@ enum Command {
     Plan(Box<plan::PlanArgs>),
     /// Compare an image with a reference
     Compare(compare::CompareArgs),
+    BenchAccel(bench_accel::BenchAccelArgs),
     /// Print shell completions
     Completions(manual::CompletionsArgs),
     /// Print the manual page (roff)
@@ -56,6 +58,7 @@ pub fn main() -> ExitCode {
         Command::Compare(args) => compare::run(&args, &mut std::io::stdout())
             .map(ExitCode::from)
             .map_err(CliError::from),
+        Command::BenchAccel(args) => bench_accel::run(&args, &mut std::io::stdout()),
         Command::Completions(args) => manual::completions(&args),
         Command::Man => manual::man(),
     };

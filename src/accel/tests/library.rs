@@ -25,17 +25,17 @@ fn builds_answer_the_same_whatever_the_number_of_build_threads() {
             let o = rng.direction() * 0.3;
             to_infinity(o, g.positions[i % corners] - o)
         }));
-        for high_quality in [false, true] {
+        for quality in [Quality::Low, Quality::Medium, Quality::High] {
             let hashes = [1, 2, 7].map(|threads| {
                 let options = EmbreeOptions {
                     threads,
-                    high_quality,
+                    quality,
                     ..EmbreeOptions::default()
                 };
                 hash(&Embree::new(&g, options).expect("builds"), &rays)
             });
-            assert_eq!(hashes[0], hashes[1], "high quality: {high_quality}");
-            assert_eq!(hashes[0], hashes[2], "high quality: {high_quality}");
+            assert_eq!(hashes[0], hashes[1], "{quality:?}");
+            assert_eq!(hashes[0], hashes[2], "{quality:?}");
         }
     }
 }
@@ -73,6 +73,7 @@ fn embree_says_what_it_is_and_holds() {
         "{version}"
     );
     assert!(a.memory_bytes() > g.triangles.len() * 16);
+    assert!(a.peak_bytes() >= a.memory_bytes() && !a.isa().is_empty());
     assert_eq!(a.check(), Ok(()));
     assert!(a.build_time().as_nanos() > 0);
 }

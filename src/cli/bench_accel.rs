@@ -1,0 +1,229 @@
+//! `metrolux bench-accel`.
+
+use super::CliError;
+use super::parse::positive;
+use crate::accel::record::{self, Kind};
+use crate::accel::{Embree, EmbreeOptions, Ray};
+use crate::output::{ImageError, check_writable, write_atomic};
+use crate::scene::Geometry;
+use crate::scene::load::{LoadOptions, load_scene};
+use crate::study::bench_accel::contender::Contender;
+use crate::study::bench_accel::machine::Machine;
+use crate::study::bench_accel::measure::Patience;
+use crate::study::bench_accel::report::Report;
+use crate::study::bench_accel::sets::{RaySet, of_scene};
+use crate::study::bench_accel::{BenchError, Plan, bench};
+use clap::Args;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Duration;
+
+/// Compare Embree and obvhs on the same rays
+///
+/// Builds every contender over each scene and times it on camera rays, shadow rays, diffuse bounces and the rays that a
+/// Metropolis render asks. Contenders take turns; the table gives medians, quartiles and the ratio to the first contender
+/// within a turn. Run it on a machine that does nothing else.
+#[derive(Args, Debug)]
+pub struct BenchAccelArgs {
+    /// pbrt-v4 scene files
+    #[arg(required_unless_present = "rays")]
+    pub scenes: Vec<PathBuf>,
+    /// Rays of an earlier run (--save-rays, or render --record-rays); the file holds its geometry too
+    #[arg(long, value_name = "FILE")]
+    pub rays: Vec<PathBuf>,
+    /// Write each set of rays with its geometry into this folder, as SCENE-SET.rays, for use in other engines
+    #[arg(long, value_name = "DIR")]
+    pub save_rays: Option<PathBuf>,
+    /// Write bench-accel.json, bench-accel.csv and bench-accel.html into this folder
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// Print JSON instead of the table
+    #[arg(long)]
+    pub json: bool,
+    /// Who takes part: few, all, or keys from the table with commas between
+    #[arg(long, value_name = "LIST", default_value = "few", value_parser = contenders)]
+    pub contenders: std::sync::Arc<Vec<Contender>>,
+    /// Numbers of threads with commas between; 1 and all cores if not given
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Vec<u16>,
+    /// Rays of a set
+    #[arg(long, value_name = "N", default_value_t = 1 << 18, value_parser = clap::value_parser!(u32).range(64..=100_000_000))]
+    pub count: u32,
+    /// Turns of each contender
+    #[arg(long, value_name = "N", default_value_t = 9, value_parser = clap::value_parser!(u16).range(1..))]
+    pub turns: u16,
+    /// Least milliseconds of a turn
+    #[arg(long, value_name = "MS", default_value_t = 50.0, value_parser = positive)]
+    pub least: f64,
+    /// Treat unsupported directives as warnings
+    #[arg(long)]
+    pub lenient: bool,
+    /// No progress on stderr
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+fn contenders(list: &str) -> Result<std::sync::Arc<Vec<Contender>>, String> {
+    let chosen = match list {
+        "few" => Contender::few(),
+        "all" => Contender::all(),
+        keys => keys
+            .split(',')
+            .map(|k| {
+                Contender::by_key(k).ok_or_else(|| {
+                    let all: Vec<String> = Contender::all().iter().map(Contender::key).collect();
+                    format!(
+                        "found “{k}”, expected few, all, or some of {}",
+                        all.join(", ")
+                    )
+                })
+            })
+            .collect::<Result<_, _>>()?,
+    };
+    Ok(chosen.into())
+}
+
+/// A geometry with rays, from a scene or from a file.
+struct Work {
+    name: String,
+    geometry: Geometry,
+    sets: Vec<RaySet>,
+}
+
+/// Runs the sub-command.
+pub fn run(args: &BenchAccelArgs, out: &mut dyn Write) -> Result<ExitCode, CliError> {
+    let files = ["json", "csv", "html"].map(|e| {
+        let folder = args.output.as_ref()?;
+        Some(folder.join(format!("bench-accel.{e}")))
+    });
+    for folder in args.output.iter().chain(&args.save_rays) {
+        std::fs::create_dir_all(folder).map_err(|e| not_writable(folder, e))?;
+        check_writable(&folder.join("bench-accel.json"))?;
+    }
+    let say = |line: String| {
+        if !args.quiet {
+            eprintln!("{line}");
+        }
+    };
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let mut threads: Vec<usize> = match args.threads.as_slice() {
+        [] => vec![1, cores],
+        some => some.iter().map(|t| *t as usize).collect(),
+    };
+    threads.sort_unstable();
+    threads.dedup();
+    let plan = Plan {
+        contenders: args.contenders.to_vec(),
+        threads,
+        patience: Patience {
+            turns: args.turns as usize,
+            least: Duration::from_secs_f64(args.least * 1e-3),
+        },
+    };
+    let none = Geometry::default();
+    let embree = Embree::new(&none, EmbreeOptions::default())?;
+    let mut report = Report {
+        machine: Machine::here(embree.version(), embree.isa()),
+        turns: plan.patience.turns,
+        least_seconds: plan.patience.least.as_secs_f64(),
+        builds: Vec::new(),
+        speeds: Vec::new(),
+    };
+    let inputs = args.scenes.iter().map(|s| (s, true));
+    for (path, is_scene) in inputs.chain(args.rays.iter().map(|r| (r, false))) {
+        say(format!("{}: reading", path.display()));
+        let work = if is_scene {
+            from_scene(args, path)?
+        } else {
+            from_rays(path)?
+        };
+        if let Some(folder) = args.save_rays.as_ref().filter(|_| is_scene) {
+            save(&work, folder)?;
+        }
+        bench(
+            &work.name,
+            &work.geometry,
+            &work.sets,
+            &plan,
+            &mut report,
+            &say,
+        )
+        .map_err(|e| match e {
+            BenchError::Accel(e) => CliError::Accel(e),
+            other => CliError::Internal(other.to_string()),
+        })?;
+    }
+    let json = serde_json::to_string_pretty(&report).expect("plain numbers");
+    let texts = [json.clone(), report.csv(), report.page()];
+    for (file, text) in files.iter().zip(&texts) {
+        if let Some(file) = file {
+            write_atomic(file, text.as_bytes())?;
+        }
+    }
+    let shown = if args.json { json } else { report.table() };
+    writeln!(out, "{shown}").map_err(|e| not_writable(Path::new("stdout"), e))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn not_writable(path: &Path, source: std::io::Error) -> CliError {
+    let path = path.into();
+    CliError::Output(ImageError::NotWritable { path, source })
+}
+
+/// A file's name without folder and ending.
+fn stem(path: &Path) -> String {
+    path.file_stem()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned()
+}
+
+fn from_scene(args: &BenchAccelArgs, path: &Path) -> Result<Work, CliError> {
+    let lenient = args.lenient;
+    let scene = load_scene(path, &LoadOptions { lenient })?;
+    let sets = {
+        let embree = Embree::new(&scene.geometry, EmbreeOptions::default())?;
+        of_scene(&scene, &embree, args.count as usize)
+    };
+    if sets.is_empty() {
+        let text = format!("{}: found no rays to trace", path.display());
+        return Err(CliError::Usage(text));
+    }
+    Ok(Work {
+        name: stem(path),
+        geometry: scene.geometry,
+        sets,
+    })
+}
+
+fn from_rays(path: &Path) -> Result<Work, CliError> {
+    let bad = |e: std::io::Error| CliError::Usage(format!("{}: {e}", path.display()));
+    let file = std::fs::File::open(path).map_err(bad)?;
+    let (geometry, rays) =
+        record::read(std::io::BufReader::with_capacity(1 << 20, file)).map_err(bad)?;
+    let sets = RaySet::split("recorded", &rays);
+    if sets.is_empty() {
+        return Err(CliError::Usage(format!(
+            "{}: found no rays, expected some",
+            path.display()
+        )));
+    }
+    Ok(Work {
+        name: stem(path),
+        geometry,
+        sets,
+    })
+}
+
+/// One file a scene and set: rays of different sets must not mix.
+fn save(work: &Work, folder: &Path) -> Result<(), CliError> {
+    for set in &work.sets {
+        let path = folder.join(format!("{}-{}.rays", work.name, set.title()));
+        let rays: Vec<(Ray, Kind)> = set.rays.iter().map(|r| (*r, set.kind)).collect();
+        let file = std::fs::File::create(&path).map_err(|e| not_writable(&path, e))?;
+        record::write(std::io::BufWriter::new(file), &work.geometry, &[&rays])
+            .map_err(|e| not_writable(&path, e))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,134 @@
+//! Embree against obvhs on the same rays.
+
+pub mod contender;
+pub mod machine;
+pub mod measure;
+mod page;
+pub mod report;
+pub mod sets;
+
+use crate::accel::EmbreeError;
+use crate::scene::Geometry;
+use contender::{Built, Contender};
+use machine::{forget_peak, peak_bytes, resident_bytes};
+use measure::{Patience, Spread, measure};
+use report::{BuildRow, Report, SpeedRow};
+use sets::RaySet;
+
+/// Repeats of a build that takes less than [`LONG`] seconds.
+const BUILDS: usize = 3;
+/// A build this long is made once.
+const LONG: f64 = 2.0;
+
+/// What is measured.
+pub struct Plan {
+    /// Who takes part; ratios are to the first.
+    pub contenders: Vec<Contender>,
+    /// Numbers of threads, 1 first.
+    pub threads: Vec<usize>,
+    /// How long.
+    pub patience: Patience,
+}
+
+/// Why there are no figures.
+#[derive(Debug, thiserror::Error)]
+pub enum BenchError {
+    /// A backend refused.
+    #[error(transparent)]
+    Accel(#[from] EmbreeError),
+    /// Threads could not be started.
+    #[error("cannot start threads: {0}")]
+    Threads(#[from] rayon::ThreadPoolBuildError),
+}
+
+/// Builds every contender over a geometry and times it on every set; `say` gets a line on what is done now.
+///
+/// # Errors
+/// A backend that refuses, threads that cannot be started.
+pub fn bench(
+    name: &str,
+    geometry: &Geometry,
+    sets: &[RaySet],
+    plan: &Plan,
+    report: &mut Report,
+    say: &dyn Fn(String),
+) -> Result<(), BenchError> {
+    crate::accel::surface::prepare(geometry);
+    let pools: Vec<rayon::ThreadPool> = plan
+        .threads
+        .iter()
+        .map(|n| rayon::ThreadPoolBuilder::new().num_threads(*n).build())
+        .collect::<Result<_, _>>()?;
+    let mut built = Vec::with_capacity(plan.contenders.len());
+    for contender in &plan.contenders {
+        say(format!("{name}: building {}", contender.key()));
+        for (pool, threads) in pools.iter().zip(&plan.threads) {
+            let (row, last) = builds(name, contender, geometry, pool, *threads)?;
+            report.builds.push(row);
+            if *threads == *plan.threads.last().expect("at least one") {
+                built.push(last);
+            }
+        }
+    }
+    for set in sets {
+        let mut alone = Vec::new();
+        for (pool, threads) in pools.iter().zip(&plan.threads) {
+            say(format!("{name}: {} on {threads} threads", set.title()));
+            let speeds = measure(&built, set, pool, plan.patience);
+            if alone.is_empty() {
+                alone = speeds
+                    .iter()
+                    .map(|s| s.rate.median / *threads as f64)
+                    .collect();
+            }
+            for (i, speed) in speeds.into_iter().enumerate() {
+                report.speeds.push(SpeedRow {
+                    scene: name.to_owned(),
+                    set: set.title(),
+                    contender: plan.contenders[i].key(),
+                    threads: *threads,
+                    rays: set.rays.len(),
+                    hits: speed.hits,
+                    rays_per_second: speed.rate,
+                    ratio: speed.ratio,
+                    efficiency: speed.rate.median / (*threads as f64 * alone[i]),
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Builds a few times; the row and the last.
+fn builds<'a>(
+    name: &str,
+    contender: &Contender,
+    geometry: &'a Geometry,
+    pool: &rayon::ThreadPool,
+    threads: usize,
+) -> Result<(BuildRow, Built<'a>), BenchError> {
+    let (mut times, mut peak) = (Vec::new(), 0);
+    loop {
+        let told = forget_peak();
+        let before = resident_bytes();
+        let built = pool.install(|| contender.build(geometry, threads))?;
+        if told {
+            peak = peak_bytes().saturating_sub(before).max(peak);
+        }
+        let seconds = built.build_time().as_secs_f64();
+        times.push(seconds);
+        if times.len() >= BUILDS || seconds > LONG {
+            let row = BuildRow {
+                scene: name.to_owned(),
+                contender: contender.key(),
+                threads,
+                primitives: geometry.prim_count(),
+                seconds: Spread::of(times),
+                bytes: built.bytes(),
+                bytes_per_primitive: built.bytes() as f64 / geometry.prim_count().max(1) as f64,
+                peak_bytes: peak,
+            };
+            return Ok((row, built));
+        }
+    }
+}
