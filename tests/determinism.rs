@@ -176,9 +176,11 @@ fn backends_give_the_same_bits() {
                 1,
             );
             let d = both.disagreement();
-            let others = d.ties + d.nearest + d.occluded;
+            assert_eq!(d.wrong(), 0, "{file}, {kind:?}: {d:#?}");
+            let others = d.different();
+            let rays = d.rays_closest + d.rays_visibility;
             // Three more, so that a rate of 10⁻⁵ passes in small renders too.
-            assert!(others <= 3 + d.rays / 100_000, "{file}, {kind:?}: {d:?}");
+            assert!(others <= 3 + rays / 100_000, "{file}, {kind:?}: {d:?}");
             if others == 0 {
                 assert!(
                     a == b,

@@ -126,6 +126,11 @@ fn bench_accel_times_every_contender_on_the_same_rays() {
     let builds = report["builds"].as_array().expect("rows");
     assert_eq!(builds.len(), 4 * 2);
     assert!(builds.iter().all(|b| b["bytes"].as_u64() > Some(1000)));
+    // A build takes what stays of it, and the pages around.
+    assert!(
+        builds.iter().all(|b| b["peak_bytes"].as_u64() > Some(1000)),
+        "{builds:?}"
+    );
     let machine = &report["machine"];
     assert!(
         machine["embree"].as_str().is_some_and(|v| v.contains('.')),
@@ -142,6 +147,78 @@ fn bench_accel_times_every_contender_on_the_same_rays() {
     assert_eq!(row["set"], "recorded-any");
     assert_eq!(row["hits"], speeds[4 * 8]["hits"]);
     assert_eq!(row["rays"], speeds[4 * 8]["rays"]);
+}
+
+#[test]
+fn rays_of_a_scene_are_checked_and_one_can_be_asked_again() {
+    let run = |args: &[&str]| {
+        let mut command = Command::cargo_bin("metrolux").expect("built with the tests");
+        let out = command.args(["check-rays", SCENE]).args(args).output();
+        let out = out.expect("the program starts");
+        let text = String::from_utf8_lossy(&out.stdout).into_owned();
+        (
+            out.status.code(),
+            text,
+            String::from_utf8_lossy(&out.stderr).into_owned(),
+        )
+    };
+    let (code, text, _) = run(&["--count", "20000", "--json"]);
+    assert_eq!(code, Some(0), "{text}");
+    let found: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    assert!(found["rays_closest"].as_u64() > Some(40_000), "{found}");
+    assert!(found["rays_visibility"].as_u64() > Some(15_000), "{found}");
+    assert_eq!(found["missed"], serde_json::json!([0, 0]));
+    let (code, text, _) = run(&["--ray", "any,0,0,-1e3,0,0,1,inf"]);
+    assert_eq!(code, Some(0));
+    assert!(text.starts_with("1 rays asked of Embree"), "{text}");
+    for bad in [
+        "any,0,0,0,0,0,0,inf",
+        "any,1,2,3",
+        "all,0,0,0,0,0,1,1",
+        "closest,a,0,0,0,0,1,1",
+    ] {
+        let (code, _, text) = run(&["--ray", bad]);
+        assert_eq!(code, Some(2));
+        assert!(text.contains("expected closest|any"), "{text}");
+    }
+}
+
+#[test]
+fn a_checked_render_is_the_same_picture_and_counts_its_rays() {
+    let folder = tempfile::tempdir().expect("a folder for temporary files");
+    let stats = |accel: &str| -> (Vec<u8>, serde_json::Value) {
+        let out = Command::cargo_bin("metrolux")
+            .expect("built with the tests")
+            .args([
+                "render",
+                SCENE,
+                "--quiet",
+                "--resolution",
+                "16x16",
+                "--rounds",
+                "1",
+            ])
+            .args(["--accel", accel, "-o", "i.png", "--stats", "s.json"])
+            .current_dir(folder.path())
+            .output()
+            .expect("the program starts");
+        assert!(out.status.success(), "{out:?}");
+        let read = |name| std::fs::read(folder.path().join(name)).expect("written");
+        (
+            read("i.png"),
+            serde_json::from_slice(&read("s.json")).expect("JSON"),
+        )
+    };
+    let (plain, _) = stats("embree");
+    let (checked, s) = stats("checked");
+    assert_eq!(plain, checked);
+    assert_eq!(s["checked"]["rays_closest"], s["rays_closest"]);
+    assert_eq!(s["checked"]["rays_visibility"], s["rays_visibility"]);
+    let zero = serde_json::json!([0, 0]);
+    assert_eq!(
+        (&s["checked"]["missed"], &s["checked"]["false_hits"]),
+        (&zero, &zero)
+    );
 }
 
 #[test]

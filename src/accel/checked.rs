@@ -1,32 +1,91 @@
-//! Asks two backends the same and counts where they disagree beyond what rounding explains.
+//! Asks two backends the same, and judges and counts where they differ.
 
-use super::canonical::recompute;
-use super::surface::ROUNDOFF;
-use super::{Accel, Hit, Ray, surface};
+use super::record::Kind;
+use super::referee::{Class, Fault, judge_nearest, judge_occluded};
+use super::{Accel, Ray};
 use crate::scene::Geometry;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::sync::{Mutex, PoisonError};
+
+/// Disagreements that are kept word for word.
+const KEPT: usize = 16;
 
 /// How often two backends were asked and disagreed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Disagreement {
-    /// Rays asked, of both kinds.
-    pub rays: u64,
-    /// Closest hits that name different primitives at the same place: edges, corners, coincident faces.
+    /// The two.
+    pub backends: [String; 2],
+    /// Rays asked for the closest hit.
+    pub rays_closest: u64,
+    /// Rays asked for visibility.
+    pub rays_visibility: u64,
+    /// Different primitives at the same place: coincident faces, shared edges.
     pub ties: u64,
-    /// Closest hits at different places, or one hit and one miss.
-    pub nearest: u64,
-    /// Different answers about visibility.
-    pub occluded: u64,
+    /// One of the two takes for a hit what passes an edge or a corner within the roundings.
+    pub edges: u64,
+    /// The same for a primitive at the very beginning or end of the ray.
+    pub ends: u64,
+    /// Something surely hit was passed over, by the first and by the second.
+    pub missed: [u64; 2],
+    /// Something surely not hit was named, by the first and by the second.
+    pub false_hits: [u64; 2],
+    /// The first of them, wrong ones before others, with the ray as `check-rays --ray` takes it.
+    pub first: Vec<String>,
+}
+
+impl Disagreement {
+    /// Answers that are wrong, not only different.
+    pub fn wrong(&self) -> u64 {
+        let pairs = self.missed.iter().chain(&self.false_hits);
+        pairs.sum()
+    }
+
+    /// All differences.
+    pub fn different(&self) -> u64 {
+        self.ties + self.edges + self.ends + self.wrong()
+    }
+
+    /// Part of the rays on which the two agree.
+    pub fn agreement(&self) -> f64 {
+        let rays = (self.rays_closest + self.rays_visibility).max(1);
+        1.0 - self.different() as f64 / rays as f64
+    }
+
+    /// For people: a line of counts, then the first differences.
+    pub fn lines(&self) -> Vec<String> {
+        let [a, b] = &self.backends;
+        let mut lines = vec![format!(
+            "{} rays asked of {a} and of {b}: {} differences, {} ties, {} at edges, {} at ends; {} and {} missed, {} \
+             and {} false",
+            self.rays_closest + self.rays_visibility,
+            self.different(),
+            self.ties,
+            self.edges,
+            self.ends,
+            self.missed[0],
+            self.missed[1],
+            self.false_hits[0],
+            self.false_hits[1],
+        )];
+        lines.extend(self.first.iter().cloned());
+        lines
+    }
 }
 
 /// Answers as `A`, compares with `B`.
 pub struct Checked<A, B> {
     first: A,
     second: B,
-    rays: AtomicU64,
-    ties: AtomicU64,
-    nearest: AtomicU64,
-    occluded: AtomicU64,
+    closest: AtomicU64,
+    visibility: AtomicU64,
+    found: Mutex<Found>,
+}
+
+#[derive(Default)]
+struct Found {
+    counts: Disagreement,
+    wrong: Vec<String>,
+    other: Vec<String>,
 }
 
 impl<A: Accel, B: Accel> Checked<A, B> {
@@ -35,23 +94,83 @@ impl<A: Accel, B: Accel> Checked<A, B> {
         Self {
             first,
             second,
-            rays: AtomicU64::new(0),
-            ties: AtomicU64::new(0),
-            nearest: AtomicU64::new(0),
-            occluded: AtomicU64::new(0),
+            closest: AtomicU64::new(0),
+            visibility: AtomicU64::new(0),
+            found: Mutex::default(),
         }
     }
 
     /// The counts so far.
     pub fn disagreement(&self) -> Disagreement {
-        let get = |c: &AtomicU64| c.load(Ordering::Relaxed);
+        let found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
+        let first = found.wrong.iter().chain(&found.other).take(KEPT);
         Disagreement {
-            rays: get(&self.rays),
-            ties: get(&self.ties),
-            nearest: get(&self.nearest),
-            occluded: get(&self.occluded),
+            backends: [self.first.name(), self.second.name()],
+            rays_closest: self.closest.load(Relaxed),
+            rays_visibility: self.visibility.load(Relaxed),
+            first: first.cloned().collect(),
+            ..found.counts.clone()
         }
     }
+
+    #[cold]
+    fn note(&self, class: Class, kind: Kind, ray: &Ray, answers: [String; 2]) {
+        let mut found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
+        let c = &mut found.counts;
+        let what = match class {
+            Class::Tie => {
+                c.ties += 1;
+                "tie".to_owned()
+            }
+            Class::Edge => {
+                c.edges += 1;
+                "edge".to_owned()
+            }
+            Class::End => {
+                c.ends += 1;
+                "end".to_owned()
+            }
+            Class::Wrong { second, fault } => {
+                let (counter, word) = match fault {
+                    Fault::Missed => (&mut c.missed, "missed by"),
+                    Fault::False => (&mut c.false_hits, "false hit of"),
+                };
+                counter[usize::from(second)] += 1;
+                let name = if second {
+                    self.second.name()
+                } else {
+                    self.first.name()
+                };
+                format!("{word} {name}")
+            }
+        };
+        let wrong = matches!(class, Class::Wrong { .. });
+        let list = if wrong {
+            &mut found.wrong
+        } else {
+            &mut found.other
+        };
+        if list.len() < KEPT {
+            let [a, b] = answers;
+            list.push(format!(
+                "{what}: --ray {} answered {a} and {b}",
+                told(kind, ray)
+            ));
+        }
+    }
+}
+
+/// A ray as `check-rays --ray` takes it; every bit is in it.
+pub fn told(kind: Kind, ray: &Ray) -> String {
+    let kind = match kind {
+        Kind::Closest => "closest",
+        Kind::Any => "any",
+    };
+    let (o, d) = (ray.o, ray.d);
+    let numbers = [o.x, o.y, o.z, d.x, d.y, d.z, ray.t_max];
+    numbers
+        .iter()
+        .fold(kind.to_owned(), |s, v| format!("{s},{v:?}"))
 }
 
 impl<A: Accel, B: Accel> Accel for Checked<A, B> {
@@ -61,27 +180,23 @@ impl<A: Accel, B: Accel> Accel for Checked<A, B> {
 
     fn nearest(&self, ray: &Ray) -> Option<u32> {
         let (a, b) = (self.first.nearest(ray), self.second.nearest(ray));
-        self.rays.fetch_add(1, Ordering::Relaxed);
+        self.closest.fetch_add(1, Relaxed);
         if a != b {
-            let same_place = match (a, b) {
-                (Some(a), Some(b)) => same_place(self.geometry(), a, b, ray),
-                _ => false,
-            };
-            let counter = if same_place {
-                &self.ties
-            } else {
-                &self.nearest
-            };
-            counter.fetch_add(1, Ordering::Relaxed);
+            let class = judge_nearest(self.geometry(), ray, [a, b]);
+            let word =
+                |p: Option<u32>| p.map_or("nothing".to_owned(), |p| format!("primitive {p}"));
+            self.note(class, Kind::Closest, ray, [word(a), word(b)]);
         }
         a
     }
 
     fn occluded(&self, ray: &Ray) -> bool {
         let (a, b) = (self.first.occluded(ray), self.second.occluded(ray));
-        self.rays.fetch_add(1, Ordering::Relaxed);
+        self.visibility.fetch_add(1, Relaxed);
         if a != b {
-            self.occluded.fetch_add(1, Ordering::Relaxed);
+            let class = judge_occluded(self.geometry(), ray, b);
+            let word = |o| if o { "occluded" } else { "free" };
+            self.note(class, Kind::Any, ray, [word(a).into(), word(b).into()]);
         }
         a
     }
@@ -93,16 +208,4 @@ impl<A: Accel, B: Accel> Accel for Checked<A, B> {
     fn memory_bytes(&self) -> usize {
         self.first.memory_bytes() + self.second.memory_bytes()
     }
-}
-
-/// The canonical hits on two primitives lie within what rounding may move each along the ray.
-pub fn same_place(geometry: &Geometry, a: u32, b: u32, ray: &Ray) -> bool {
-    let (a, b) = (recompute(geometry, a, ray), recompute(geometry, b, ray));
-    let slack = |h: &Hit| {
-        let s = surface(geometry, h, ray);
-        // A plane displaced by `error` moves the hit along the ray by that over the cosine; t itself is rounded too.
-        let away = 2.0 * s.error + 16.0 * ROUNDOFF * (ray.o.abs().max_element() + s.error);
-        away / s.ng.dot(ray.d).abs() + 16.0 * ROUNDOFF * h.t.abs()
-    };
-    (a.t - b.t).abs() <= slack(&a) + slack(&b)
 }

@@ -9,6 +9,7 @@ pub mod obvhs;
 mod options;
 pub mod quadric;
 pub mod record;
+pub mod referee;
 pub mod spawn;
 pub mod surface;
 #[cfg(test)]
@@ -19,7 +20,7 @@ pub mod triangle;
 
 pub use self::obvhs::{Obvhs, ObvhsOptions};
 pub use canonical::closest;
-pub use checked::Checked;
+pub use checked::{Checked, Disagreement};
 pub use embree::Embree;
 pub use options::{EmbreeError, EmbreeOptions, Quality};
 pub use record::Recorder;
@@ -70,7 +71,7 @@ pub trait Accel: Sync {
     fn memory_bytes(&self) -> usize;
 }
 
-impl<A: Accel> Accel for &A {
+impl<A: Accel + ?Sized> Accel for &A {
     fn geometry(&self) -> &Geometry {
         (**self).geometry()
     }

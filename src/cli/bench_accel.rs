@@ -9,10 +9,10 @@ use crate::scene::Geometry;
 use crate::scene::load::{LoadOptions, load_scene};
 use crate::study::bench_accel::contender::Contender;
 use crate::study::bench_accel::machine::Machine;
-use crate::study::bench_accel::measure::Patience;
+use crate::study::bench_accel::measure::{Clock, Patience};
 use crate::study::bench_accel::report::Report;
 use crate::study::bench_accel::sets::{RaySet, of_scene};
-use crate::study::bench_accel::{BenchError, Plan, bench};
+use crate::study::bench_accel::{BenchError, Plan, bench, peak_of_build};
 use clap::Args;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -56,6 +56,12 @@ pub struct BenchAccelArgs {
     /// Least milliseconds of a turn
     #[arg(long, value_name = "MS", default_value_t = 50.0, value_parser = positive)]
     pub least: f64,
+    /// What time is measured by
+    #[arg(long, value_enum, default_value = "wall")]
+    pub clock: Clock,
+    /// Build this contender once, print the bytes it takes at most, and do nothing else
+    #[arg(long, value_name = "KEY", hide = true)]
+    pub peak: Option<String>,
     /// Treat unsupported directives as warnings
     #[arg(long)]
     pub lenient: bool,
@@ -93,6 +99,9 @@ struct Work {
 
 /// Runs the sub-command.
 pub fn run(args: &BenchAccelArgs, out: &mut dyn Write) -> Result<ExitCode, CliError> {
+    if let Some(key) = &args.peak {
+        return print_peak(args, key, out);
+    }
     let files = ["json", "csv", "html"].map(|e| {
         let folder = args.output.as_ref()?;
         Some(folder.join(format!("bench-accel.{e}")))
@@ -117,6 +126,7 @@ pub fn run(args: &BenchAccelArgs, out: &mut dyn Write) -> Result<ExitCode, CliEr
         contenders: args.contenders.to_vec(),
         threads,
         patience: Patience {
+            clock: args.clock,
             turns: args.turns as usize,
             least: Duration::from_secs_f64(args.least * 1e-3),
         },
@@ -125,6 +135,7 @@ pub fn run(args: &BenchAccelArgs, out: &mut dyn Write) -> Result<ExitCode, CliEr
     let embree = Embree::new(&none, EmbreeOptions::default())?;
     let mut report = Report {
         machine: Machine::here(embree.version(), embree.isa()),
+        clock: args.clock,
         turns: plan.patience.turns,
         least_seconds: plan.patience.least.as_secs_f64(),
         builds: Vec::new(),
@@ -141,6 +152,7 @@ pub fn run(args: &BenchAccelArgs, out: &mut dyn Write) -> Result<ExitCode, CliEr
         if let Some(folder) = args.save_rays.as_ref().filter(|_| is_scene) {
             save(&work, folder)?;
         }
+        let peak = |c: &Contender, threads| measured_peak(args, path, is_scene, c, threads);
         bench(
             &work.name,
             &work.geometry,
@@ -148,11 +160,9 @@ pub fn run(args: &BenchAccelArgs, out: &mut dyn Write) -> Result<ExitCode, CliEr
             &plan,
             &mut report,
             &say,
+            &peak,
         )
-        .map_err(|e| match e {
-            BenchError::Accel(e) => CliError::Accel(e),
-            other => CliError::Internal(other.to_string()),
-        })?;
+        .map_err(failed)?;
     }
     let json = serde_json::to_string_pretty(&report).expect("plain numbers");
     let texts = [json.clone(), report.csv(), report.page()];
@@ -163,6 +173,55 @@ pub fn run(args: &BenchAccelArgs, out: &mut dyn Write) -> Result<ExitCode, CliEr
     }
     let shown = if args.json { json } else { report.table() };
     writeln!(out, "{shown}").map_err(|e| not_writable(Path::new("stdout"), e))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn failed(e: BenchError) -> CliError {
+    match e {
+        BenchError::Accel(e) => CliError::Accel(e),
+        other => CliError::Internal(other.to_string()),
+    }
+}
+
+/// What a build takes at most, in a process of its own whose allocator gives back at once what is freed.
+fn measured_peak(
+    args: &BenchAccelArgs,
+    path: &Path,
+    is_scene: bool,
+    c: &Contender,
+    threads: usize,
+) -> Option<u64> {
+    let mut command = std::process::Command::new(std::env::current_exe().ok()?);
+    command
+        .env("MALLOC_MMAP_THRESHOLD_", "65536")
+        .env("MALLOC_TRIM_THRESHOLD_", "0")
+        .args(["bench-accel", "--quiet", "--peak", &c.key()])
+        .args(["--threads", &threads.to_string()]);
+    if args.lenient {
+        command.arg("--lenient");
+    }
+    if !is_scene {
+        command.arg("--rays");
+    }
+    let out = command.arg(path).output().ok()?;
+    String::from_utf8(out.stdout).ok()?.trim().parse().ok()
+}
+
+/// The other side of [`measured_peak`].
+fn print_peak(args: &BenchAccelArgs, key: &str, out: &mut dyn Write) -> Result<ExitCode, CliError> {
+    let contender = Contender::by_key(key)
+        .ok_or_else(|| CliError::Usage(format!("found “{key}”, expected a contender")))?;
+    let geometry = match args.scenes.first() {
+        Some(path) => {
+            let lenient = args.lenient;
+            load_scene(path, &LoadOptions { lenient })?.geometry
+        }
+        None => from_rays(&args.rays[0])?.geometry,
+    };
+    let threads = args.threads.first().map_or(1, |t| *t as usize);
+    if let Some(bytes) = peak_of_build(&contender, &geometry, threads).map_err(failed)? {
+        writeln!(out, "{bytes}").map_err(|e| not_writable(Path::new("stdout"), e))?;
+    }
     Ok(ExitCode::SUCCESS)
 }
 

@@ -4,7 +4,7 @@ use super::CliError;
 use super::job::Job;
 use super::render_args::{AccelArg, DirectArg, PrecisionArg, RenderArgs};
 use super::report::{Report, peak_memory_bytes, processor_seconds};
-use crate::accel::{Accel, Embree, EmbreeOptions, Obvhs, Recorder};
+use crate::accel::{Accel, Checked, Embree, EmbreeOptions, Obvhs, Recorder};
 use crate::chain::{Direct, MltOptions};
 use crate::film::Bins;
 use crate::integrator::{Bdpt, Progress, bdpt_bins, mlt, pt_bins};
@@ -121,20 +121,33 @@ pub fn render(
         build: build.elapsed(),
         embree,
     };
+    let options = EmbreeOptions {
+        robust: args.accel_precision == PrecisionArg::Robust,
+        ..EmbreeOptions::default()
+    };
     match (job.accel, &args.record_rays) {
         (AccelArg::Embree, file) => {
-            let options = EmbreeOptions {
-                robust: args.accel_precision == PrecisionArg::Robust,
-                ..EmbreeOptions::default()
-            };
             let accel = Embree::new(&scene.geometry, options)?;
             let told = told(accel.version());
             let Some(file) = file else {
                 return Ok(pool.install(|| render_on(args, job, scene, &accel, told, progress)));
             };
             let accel = Recorder::new(accel, RECORDED / pool.current_num_threads());
-            let rendered = pool.install(|| render_on(args, job, scene, &accel, told, progress));
+            let any: &dyn Accel = &accel;
+            let rendered = pool.install(|| render_on(args, job, scene, &any, told, progress));
             save_rays(&accel, file)?;
+            Ok(rendered)
+        }
+        (AccelArg::Checked, None) => {
+            let embree = Embree::new(&scene.geometry, options)?;
+            let version = embree.version();
+            let obvhs = pool.install(|| Obvhs::new(&scene.geometry));
+            let accel = Checked::new(embree, obvhs);
+            let told = told(version);
+            // Behind a table of functions like the recorder: the renderer is not compiled once more for it.
+            let any: &dyn Accel = &accel;
+            let mut rendered = pool.install(|| render_on(args, job, scene, &any, told, progress));
+            rendered.report.checked(accel.disagreement());
             Ok(rendered)
         }
         (AccelArg::Obvhs, None) => {
@@ -142,7 +155,7 @@ pub fn render(
             let told = told("not used".into());
             Ok(pool.install(|| render_on(args, job, scene, &accel, told, progress)))
         }
-        (AccelArg::Obvhs, Some(_)) => {
+        (AccelArg::Obvhs | AccelArg::Checked, Some(_)) => {
             let text = "--record-rays is for --accel embree, whose rays are replayed";
             Err(CliError::Usage(text.into()))
         }

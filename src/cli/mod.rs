@@ -2,6 +2,7 @@
 
 mod bar;
 mod bench_accel;
+mod check_rays;
 mod compare;
 mod engine;
 mod error;
@@ -43,6 +44,7 @@ enum Command {
     /// Compare an image with a reference
     Compare(compare::CompareArgs),
     BenchAccel(bench_accel::BenchAccelArgs),
+    CheckRays(check_rays::CheckRaysArgs),
     /// Print shell completions
     Completions(manual::CompletionsArgs),
     /// Print the manual page (roff)
@@ -59,6 +61,7 @@ pub fn main() -> ExitCode {
             .map(ExitCode::from)
             .map_err(CliError::from),
         Command::BenchAccel(args) => bench_accel::run(&args, &mut std::io::stdout()),
+        Command::CheckRays(args) => check_rays::run(&args, &mut std::io::stdout()),
         Command::Completions(args) => manual::completions(&args),
         Command::Man => manual::man(),
     };

@@ -38,6 +38,14 @@ pub fn run(args: &RenderArgs) -> Result<ExitCode, CliError> {
             eprintln!("{line}");
         }
     }
+    let checked = report.disagreement();
+    if let Some(found) = checked.filter(|c| !args.quiet || c.wrong() > 0) {
+        found.lines().iter().for_each(|l| eprintln!("{l}"));
+    }
+    if checked.is_some_and(|c| c.wrong() > 0) {
+        eprintln!("error: a backend missed a primitive or named one that is not there");
+        return Ok(ExitCode::from(3));
+    }
     let impossible = report.faults_impossible();
     if impossible > 0 {
         eprintln!(

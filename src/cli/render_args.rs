@@ -24,6 +24,8 @@ pub enum AccelArg {
     Embree,
     /// The pure-Rust obvhs
     Obvhs,
+    /// Embree, each of its answers compared with obvhs'
+    Checked,
 }
 
 /// Number of wavelengths a path carries.

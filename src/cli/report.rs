@@ -3,6 +3,7 @@
 use super::CliError;
 use super::engine::Told;
 use super::job::Job;
+use crate::accel::Disagreement;
 use crate::chain::Shares;
 use crate::film::ErrorSummary;
 use crate::integrator::MltResult;
@@ -46,6 +47,8 @@ pub struct Report {
     mlt: Option<MltReport>,
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<ErrorReport>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    checked: Option<Disagreement>,
     faults: BTreeMap<&'static str, u64>,
 }
 
@@ -102,6 +105,16 @@ impl Report {
             build_seconds: told.build.as_secs_f64(),
             ..Self::default()
         }
+    }
+
+    /// What `--accel checked` found.
+    pub fn checked(&mut self, found: Disagreement) {
+        self.checked = Some(found);
+    }
+
+    /// The same, if it was asked for.
+    pub fn disagreement(&self) -> Option<&Disagreement> {
+        self.checked.as_ref()
     }
 
     /// Samples a pixel of pt and bdpt.

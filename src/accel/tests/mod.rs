@@ -1,6 +1,7 @@
 //! The promises of the room, kept by both backends.
 
 mod agreement;
+mod checking;
 mod leaving;
 mod library;
 

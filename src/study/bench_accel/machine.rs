@@ -115,6 +115,16 @@ fn locked(name: &str) -> String {
         .to_owned()
 }
 
+/// Processor time of all threads of this process that are alive, s; 0 where the system does not tell.
+pub fn cpu_seconds() -> f64 {
+    let tasks = std::fs::read_dir("/proc/self/task").into_iter().flatten();
+    let nanoseconds = tasks.flatten().filter_map(|t| {
+        let text = std::fs::read_to_string(t.path().join("schedstat")).ok()?;
+        text.split_whitespace().next()?.parse::<f64>().ok()
+    });
+    nanoseconds.sum::<f64>() * 1e-9
+}
+
 /// The most memory this process had resident since [`forget_peak`], bytes.
 pub fn peak_bytes() -> u64 {
     status("VmHWM:")

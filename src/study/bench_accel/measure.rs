@@ -2,13 +2,36 @@
 //! their times within one turn.
 
 use super::contender::Built;
+use super::machine::cpu_seconds;
 use super::sets::RaySet;
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-/// How long to look.
+/// What time is measured by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Clock {
+    /// Wall time: what counts, on a machine that does nothing else
+    Wall,
+    /// Processor time of all threads: for a machine that others use too. It tells nothing of scaling with threads
+    Cpu,
+}
+
+impl Clock {
+    /// In a sentence.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Wall => "wall",
+            Self::Cpu => "processor",
+        }
+    }
+}
+
+/// How long to look, and by what clock.
 #[derive(Clone, Copy, Debug)]
 pub struct Patience {
+    /// The clock.
+    pub clock: Clock,
     /// Turns of every contender, after one that does not count.
     pub turns: usize,
     /// Least time of a turn; rays are asked again and again until it is over.
@@ -84,11 +107,16 @@ pub fn measure(
                 contenders.len() - 1 - k
             };
             let i = (k + turn / 2) % contenders.len();
-            let start = Instant::now();
+            let (start, cpu) = (Instant::now(), cpu_seconds());
             for _ in 0..passes[i] {
                 pass(&contenders[i]);
             }
-            times[i].push(start.elapsed().as_secs_f64() / passes[i] as f64);
+            let seconds = match patience.clock {
+                Clock::Wall => start.elapsed().as_secs_f64(),
+                // Threads work side by side, so a pass takes the part of each.
+                Clock::Cpu => (cpu_seconds() - cpu) / pool.current_num_threads() as f64,
+            };
+            times[i].push(seconds.max(1e-9) / passes[i] as f64);
         }
     }
     let n = set.rays.len() as f64;

@@ -41,7 +41,8 @@ pub enum BenchError {
     Threads(#[from] rayon::ThreadPoolBuildError),
 }
 
-/// Builds every contender over a geometry and times it on every set; `say` gets a line on what is done now.
+/// Builds every contender over a geometry and times it on every set. `say` gets a line on what is done now; `peak` tells
+/// the memory a build takes in a process of its own, where nothing was freed before that it could take again.
 ///
 /// # Errors
 /// A backend that refuses, threads that cannot be started.
@@ -52,6 +53,7 @@ pub fn bench(
     plan: &Plan,
     report: &mut Report,
     say: &dyn Fn(String),
+    peak: &dyn Fn(&Contender, usize) -> Option<u64>,
 ) -> Result<(), BenchError> {
     crate::accel::surface::prepare(geometry);
     let pools: Vec<rayon::ThreadPool> = plan
@@ -63,7 +65,8 @@ pub fn bench(
     for contender in &plan.contenders {
         say(format!("{name}: building {}", contender.key()));
         for (pool, threads) in pools.iter().zip(&plan.threads) {
-            let (row, last) = builds(name, contender, geometry, pool, *threads)?;
+            let (mut row, last) = builds(name, contender, geometry, pool, *threads)?;
+            row.peak_bytes = peak(contender, *threads);
             report.builds.push(row);
             if *threads == *plan.threads.last().expect("at least one") {
                 built.push(last);
@@ -107,14 +110,9 @@ fn builds<'a>(
     pool: &rayon::ThreadPool,
     threads: usize,
 ) -> Result<(BuildRow, Built<'a>), BenchError> {
-    let (mut times, mut peak) = (Vec::new(), 0);
+    let mut times = Vec::new();
     loop {
-        let told = forget_peak();
-        let before = resident_bytes();
         let built = pool.install(|| contender.build(geometry, threads))?;
-        if told {
-            peak = peak_bytes().saturating_sub(before).max(peak);
-        }
         let seconds = built.build_time().as_secs_f64();
         times.push(seconds);
         if times.len() >= BUILDS || seconds > LONG {
@@ -126,9 +124,30 @@ fn builds<'a>(
                 seconds: Spread::of(times),
                 bytes: built.bytes(),
                 bytes_per_primitive: built.bytes() as f64 / geometry.prim_count().max(1) as f64,
-                peak_bytes: peak,
+                peak_bytes: None,
             };
             return Ok((row, built));
         }
     }
+}
+
+/// Builds once; by how much resident memory rose at most, bytes. `None` where the system does not tell.
+///
+/// # Errors
+/// As [`bench`].
+pub fn peak_of_build(
+    contender: &Contender,
+    geometry: &Geometry,
+    threads: usize,
+) -> Result<Option<u64>, BenchError> {
+    crate::accel::surface::prepare(geometry);
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()?;
+    let told = forget_peak();
+    let before = resident_bytes();
+    let built = pool.install(|| contender.build(geometry, threads))?;
+    let most = peak_bytes().saturating_sub(before);
+    drop(built);
+    Ok(told.then_some(most))
 }

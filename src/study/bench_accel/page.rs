@@ -1,6 +1,6 @@
 //! The figures as a page that stands for itself.
 
-use super::report::{BuildRow, Report, SpeedRow, distinct, told};
+use super::report::{BuildRow, Report, SpeedRow, distinct, megabytes, told};
 use std::fmt::Write;
 
 const STYLE: &str = "\
@@ -36,11 +36,12 @@ impl Report {
         }
         let _ = write!(
             out,
-            "<p class=note>Bars are medians of {} turns of at least {:.0} ms, thin lines the quartiles. The contenders \
+            "<p class=note>Bars are medians of {} turns of at least {:.0} ms by {} time, thin lines the quartiles. The contenders \
              take turns, so a machine that slows down slows all of them; the ratio is that of two times in the same \
              turn. A rate is that of asking which primitive is nearest, or whether any is in the way: no shading.</p>",
             self.turns,
-            1e3 * self.least_seconds
+            1e3 * self.least_seconds,
+            self.clock.word()
         );
         for scene in self.scenes() {
             self.scene(scene, &mut out);
@@ -111,13 +112,13 @@ impl Report {
         for b in builds {
             let _ = write!(
                 out,
-                "<tr><td>{}<td>{}<td>{}<td>{:.1}<td>{:.1}<td>{:.1}</tr>",
+                "<tr><td>{}<td>{}<td>{}<td>{:.1}<td>{:.1}<td>{}</tr>",
                 b.contender,
                 b.threads,
                 told(b.seconds, 1.0, 3),
                 b.bytes as f64 * 1e-6,
                 b.bytes_per_primitive,
-                b.peak_bytes as f64 * 1e-6
+                megabytes(b.peak_bytes)
             );
         }
         out.push_str("</table></div></details>");

@@ -1,7 +1,7 @@
 //! The figures as a table, as CSV and as JSON.
 
 use super::machine::Machine;
-use super::measure::Spread;
+use super::measure::{Clock, Spread};
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -22,9 +22,8 @@ pub struct BuildRow {
     pub bytes: usize,
     /// The same for each primitive.
     pub bytes_per_primitive: f64,
-    /// More resident memory during the build than before it, bytes; memory that earlier builds gave back to this
-    /// process and not to the system is not seen in it. 0 where the system does not tell.
-    pub peak_bytes: u64,
+    /// Most resident memory more than before the build, bytes, if it was measured.
+    pub peak_bytes: Option<u64>,
 }
 
 /// One contender on one set.
@@ -55,6 +54,8 @@ pub struct SpeedRow {
 pub struct Report {
     /// Circumstances.
     pub machine: Machine,
+    /// What time was measured by; builds always by the wall.
+    pub clock: Clock,
     /// Turns of each contender.
     pub turns: usize,
     /// Least time of a turn, s.
@@ -87,9 +88,10 @@ impl Report {
         let mut out = self.machine.lines().join("\n");
         let _ = writeln!(
             out,
-            "\n{} turns of at least {:.0} ms; median (quartiles)\n",
+            "\n{} turns of at least {:.0} ms, {} time; median (quartiles)\n",
             self.turns,
-            1e3 * self.least_seconds
+            1e3 * self.least_seconds,
+            self.clock.word()
         );
         for scene in self.scenes() {
             let builds: Vec<&BuildRow> = self.builds.iter().filter(|b| b.scene == scene).collect();
@@ -101,13 +103,13 @@ impl Report {
             for b in builds {
                 let _ = writeln!(
                     out,
-                    "{:<32} {:>7} {:>22} {:>10.1} {:>8.1} {:>10.1}",
+                    "{:<32} {:>7} {:>22} {:>10.1} {:>8.1} {:>10}",
                     b.contender,
                     b.threads,
                     told(b.seconds, 1.0, 3),
                     b.bytes as f64 * 1e-6,
                     b.bytes_per_primitive,
-                    b.peak_bytes as f64 * 1e-6
+                    megabytes(b.peak_bytes)
                 );
             }
             let speeds: Vec<&SpeedRow> = self.speeds.iter().filter(|s| s.scene == scene).collect();
@@ -159,7 +161,7 @@ impl Report {
                 s.low,
                 s.high,
                 b.bytes,
-                b.peak_bytes
+                b.peak_bytes.unwrap_or(0)
             );
         }
         for r in &self.speeds {
@@ -194,4 +196,8 @@ fn quoted(text: &str) -> String {
 pub(super) fn told(s: Spread, factor: f64, digits: usize) -> String {
     let [m, l, h] = [s.median, s.low, s.high].map(|v| v * factor);
     format!("{m:.digits$} ({l:.digits$}–{h:.digits$})")
+}
+
+pub(super) fn megabytes(bytes: Option<u64>) -> String {
+    bytes.map_or("–".into(), |b| format!("{:.1}", b as f64 * 1e-6))
 }

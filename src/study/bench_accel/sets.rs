@@ -17,8 +17,10 @@ const STAGE: u32 = 100;
 const TILE: usize = 8;
 /// Pieces that a recorded render is cut down to.
 const PIECES: usize = 64;
-/// Rounds of the recorded render: 65 536 mutations.
-const ROUNDS: u64 = 4;
+/// Least and most rounds of the recorded render; one is 16 384 mutations.
+const ROUNDS: [u64; 2] = [4, 64];
+/// Rays wanted for each round: about as many as a round asks.
+const PER_ROUND: usize = 120_000;
 /// Its seeding samples in each group.
 const SEEDS: u32 = 256;
 
@@ -147,8 +149,9 @@ fn metropolis<A: Accel>(scene: &Scene, accel: &A, count: usize) -> Vec<(Ray, Kin
     };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
     pool.expect("a thread starts").install(|| {
-        let (rounds, mut tally) = (Budget::Rounds(ROUNDS), Tally::default());
-        mlt::<4, _>(&world, &options, rounds, 1, &Quiet, &mut tally)
+        let rounds = ((count / PER_ROUND) as u64).clamp(ROUNDS[0], ROUNDS[1]);
+        let (budget, mut tally) = (Budget::Rounds(rounds), Tally::default());
+        mlt::<4, _>(&world, &options, budget, 1, &Quiet, &mut tally)
     });
     let rays = recorder.rays();
     let piece = count / PIECES;

@@ -1,0 +1,198 @@
+//! Who is right where two backends differ: every primitive is asked in f64, with bounds on what f32 may get wrong.
+
+use super::{Ray, quadric};
+use crate::scene::Geometry;
+use glam::{DVec3, Vec3};
+
+/// Roundings u = 2⁻²⁴ of the largest distance R of a corner from the origin that a test in f32 may be off by: a corner
+/// moves by up to 4u·R when it is made relative and sheared, and products of it are rounded about eight times.
+const ROUNDINGS: f64 = 16.0;
+
+/// What f32 can say of a ray and a primitive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Meeting {
+    /// No.
+    Outside,
+    /// It cannot: the ray passes an edge or a corner within the roundings.
+    Edge(Reach),
+    /// It cannot: the primitive lies within the roundings of the ray's beginning or end.
+    End(Reach),
+    /// Yes.
+    Inside(Reach),
+}
+
+/// A distance in units of |d| with a bound on what f32 makes of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reach {
+    /// Distance.
+    pub t: f64,
+    /// Bound.
+    pub slack: f64,
+}
+
+impl Meeting {
+    /// The distance, unless outside.
+    pub fn reach(self) -> Option<Reach> {
+        match self {
+            Self::Outside => None,
+            Self::Edge(r) | Self::End(r) | Self::Inside(r) => Some(r),
+        }
+    }
+}
+
+/// One primitive.
+pub fn meeting(geometry: &Geometry, prim: u32, ray: &Ray) -> Meeting {
+    let u = f32::EPSILON as f64 * 0.5;
+    match geometry.quadric(prim) {
+        None => triangle(geometry.corners(prim), ray, ROUNDINGS * u),
+        // All backends call the one routine, so what it says is so; only its distance is rounded.
+        Some(q) => quadric::intersect(q, ray).map_or(Meeting::Outside, |t| {
+            let t = t as f64;
+            Meeting::Inside(Reach {
+                t,
+                slack: ROUNDINGS * u * t,
+            })
+        }),
+    }
+}
+
+/// Edge functions as volumes: e_i = d · (v_j × v_k) of corners relative to the origin, whose sum is d · n. A corner off
+/// by δ moves e_i by δ·|edge|·|d|.
+fn triangle(corners: [Vec3; 3], ray: &Ray, unit: f64) -> Meeting {
+    let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
+    let [a, b, c] = corners.map(|p| p.as_dvec3() - o);
+    let (ab, ac, bc) = (b - a, c - a, c - b);
+    let far = a.length().max(b.length()).max(c.length());
+    let n = ab.cross(ac);
+    let (cos, length) = (d.dot(n), d.length());
+    let facing = 1f64.copysign(cos);
+    let volume = |p: DVec3, q: DVec3| d.dot(p.cross(q)) * facing;
+    let sides = [(volume(b, c), bc), (volume(c, a), ac), (volume(a, b), ab)];
+    let mut sure = true;
+    for (e, edge) in sides {
+        let bound = unit * far * edge.length() * length;
+        if e < -bound {
+            return Meeting::Outside;
+        }
+        sure &= e > bound;
+    }
+    if cos == 0.0 {
+        // Edge-on, or no area.
+        let reach = Reach {
+            t: a.dot(d) / (length * length),
+            slack: f64::INFINITY,
+        };
+        return Meeting::Edge(reach);
+    }
+    // The plane through corners off by δ is off by δ within the triangle, and by δ times length over height where a
+    // test takes it from the edges at one corner.
+    let longest2 = ab
+        .length_squared()
+        .max(ac.length_squared())
+        .max(bc.length_squared());
+    let needle = 1.0 + longest2 / n.length();
+    let reach = Reach {
+        t: a.dot(n) / cos,
+        slack: unit * far * needle * n.length() / cos.abs(),
+    };
+    let t_max = ray.t_max as f64;
+    // Ends are rounded too.
+    let end = reach.slack + unit * t_max.min(reach.t.abs());
+    if reach.t < -end || reach.t > t_max + end {
+        Meeting::Outside
+    } else if reach.t <= end || reach.t >= t_max - end {
+        Meeting::End(reach)
+    } else if sure {
+        Meeting::Inside(reach)
+    } else {
+        Meeting::Edge(reach)
+    }
+}
+
+/// Two primitives named for one ray lie at the same place, as far as f32 can tell.
+pub fn same_place(geometry: &Geometry, a: u32, b: u32, ray: &Ray) -> bool {
+    let reach = |p| meeting(geometry, p, ray).reach();
+    match (reach(a), reach(b)) {
+        (Some(a), Some(b)) => (a.t - b.t).abs() <= a.slack + b.slack,
+        _ => false,
+    }
+}
+
+/// What is wrong with an answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// Something surely lies nearer.
+    Missed,
+    /// What was named is surely not there.
+    False,
+}
+
+/// Two answers about one ray, judged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Class {
+    /// Different primitives at the same place: coincident faces, a shared edge.
+    Tie,
+    /// An edge or a corner is met within the roundings, and what one of the two takes for a hit the other does not.
+    Edge,
+    /// The same at the beginning or the end of the ray.
+    End,
+    /// One of the two is wrong.
+    Wrong {
+        /// The second one, not the first.
+        second: bool,
+        /// In what.
+        fault: Fault,
+    },
+}
+
+/// Judges two different answers about the nearest primitive. Asks every primitive: for rare cases.
+pub fn judge_nearest(geometry: &Geometry, ray: &Ray, answers: [Option<u32>; 2]) -> Class {
+    let all = 0..geometry.prim_count() as u32;
+    let sure = all.filter_map(|p| match meeting(geometry, p, ray) {
+        Meeting::Inside(r) => Some(r),
+        _ => None,
+    });
+    // The end of its slack: what begins behind that is surely farther.
+    let nearest = sure.map(|r| r.t + r.slack).fold(f64::INFINITY, f64::min);
+    let named = answers.map(|a| a.map(|p| meeting(geometry, p, ray)));
+    for (i, answer) in named.iter().enumerate() {
+        let fault = match answer.map(Meeting::reach) {
+            Some(None) => Some(Fault::False),
+            Some(Some(r)) if nearest < r.t - r.slack => Some(Fault::Missed),
+            None if nearest < f64::INFINITY => Some(Fault::Missed),
+            _ => None,
+        };
+        if let Some(fault) = fault {
+            let second = i == 1;
+            return Class::Wrong { second, fault };
+        }
+    }
+    let end = named.iter().flatten().any(|m| matches!(m, Meeting::End(_)));
+    match answers {
+        [Some(a), Some(b)] if same_place(geometry, a, b, ray) => Class::Tie,
+        _ if end => Class::End,
+        _ => Class::Edge,
+    }
+}
+
+/// Judges two different answers about visibility, of which the second says "occluded" if `second` holds, else the first.
+pub fn judge_occluded(geometry: &Geometry, ray: &Ray, second: bool) -> Class {
+    let mut class = None;
+    for p in 0..geometry.prim_count() as u32 {
+        match meeting(geometry, p, ray) {
+            Meeting::Inside(_) => {
+                return Class::Wrong {
+                    second: !second,
+                    fault: Fault::Missed,
+                };
+            }
+            Meeting::Edge(_) => class = Some(Class::Edge),
+            Meeting::End(_) => class = class.or(Some(Class::End)),
+            Meeting::Outside => {}
+        }
+    }
+    class.unwrap_or(Class::Wrong {
+        second,
+        fault: Fault::False,
+    })
+}

@@ -1,0 +1,142 @@
+//! `metrolux check-rays`.
+
+use super::CliError;
+use crate::accel::record::{self, Kind};
+use crate::accel::{Accel, Checked, Disagreement, Embree, EmbreeOptions, Obvhs, Ray};
+use crate::output::ImageError;
+use crate::scene::Geometry;
+use crate::scene::load::{LoadOptions, load_scene};
+use crate::study::bench_accel::sets::of_scene;
+use clap::Args;
+use glam::Vec3;
+use rayon::prelude::*;
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Ask Embree and obvhs the same rays and judge where they differ
+///
+/// Every difference is judged in f64 against all primitives: a tie of faces at the same place, an edge or an end met
+/// within the roundings of f32, or a fault: a primitive missed, or one named that is not there. Exits with 3 on a fault.
+#[derive(Args, Debug)]
+pub struct CheckRaysArgs {
+    /// pbrt-v4 scene file, or a ray file (.rays) with its own geometry and rays
+    pub scene: PathBuf,
+    /// Ask only this ray, as a difference is printed: closest|any,ox,oy,oz,dx,dy,dz,tmax
+    #[arg(long, value_name = "RAY", value_parser = ray, allow_hyphen_values = true)]
+    pub ray: Vec<(Kind, Ray)>,
+    /// Camera, bounce and shadow rays of the scene, this many each, and twice as many of a Metropolis render
+    #[arg(long, value_name = "N", default_value_t = 1 << 18, value_parser = clap::value_parser!(u32).range(64..=100_000_000))]
+    pub count: u32,
+    /// Worker threads; one per core if not given
+    #[arg(long, value_name = "N")]
+    pub threads: Option<usize>,
+    /// Print JSON instead of text
+    #[arg(long)]
+    pub json: bool,
+    /// Treat unsupported directives as warnings
+    #[arg(long)]
+    pub lenient: bool,
+}
+
+fn ray(text: &str) -> Result<(Kind, Ray), String> {
+    let expected = || format!("found “{text}”, expected closest|any,ox,oy,oz,dx,dy,dz,tmax");
+    let (kind, numbers) = text.split_once(',').ok_or_else(expected)?;
+    let kind = match kind {
+        "closest" => Kind::Closest,
+        "any" => Kind::Any,
+        _ => return Err(expected()),
+    };
+    let numbers: Vec<f32> = numbers
+        .split(',')
+        .map(|v| v.trim().parse().map_err(|_| expected()))
+        .collect::<Result<_, _>>()?;
+    let [ox, oy, oz, dx, dy, dz, t_max] = numbers[..] else {
+        return Err(expected());
+    };
+    let (o, d) = (Vec3::new(ox, oy, oz), Vec3::new(dx, dy, dz));
+    if !o.is_finite() || !d.is_finite() || d == Vec3::ZERO || t_max.is_nan() {
+        return Err(format!(
+            "{}: a direction that is not 0, finite numbers",
+            expected()
+        ));
+    }
+    Ok((kind, Ray { o, d, t_max }))
+}
+
+/// Runs the sub-command.
+pub fn run(args: &CheckRaysArgs, out: &mut dyn Write) -> Result<ExitCode, CliError> {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(args.threads.unwrap_or(0))
+        .build()
+        .map_err(|e| CliError::Internal(format!("cannot start threads: {e}")))?;
+    let found = pool.install(|| work(args))?;
+    let text = if args.json {
+        serde_json::to_string_pretty(&found).expect("plain numbers")
+    } else {
+        let mut lines = found.lines();
+        lines.insert(
+            1,
+            format!(
+                "agreement on {:.5} % of the rays",
+                100.0 * found.agreement()
+            ),
+        );
+        lines.join("\n")
+    };
+    writeln!(out, "{text}").map_err(|source| {
+        let path = "stdout".into();
+        CliError::Output(ImageError::NotWritable { path, source })
+    })?;
+    Ok(ExitCode::from(if found.wrong() > 0 { 3 } else { 0 }))
+}
+
+fn work(args: &CheckRaysArgs) -> Result<Disagreement, CliError> {
+    if args
+        .scene
+        .extension()
+        .is_some_and(|e| e == "rays" || e == "bin")
+    {
+        let bad = |e: std::io::Error| CliError::Usage(format!("{}: {e}", args.scene.display()));
+        let file = std::fs::File::open(&args.scene).map_err(bad)?;
+        let (geometry, rays) =
+            record::read(std::io::BufReader::with_capacity(1 << 20, file)).map_err(bad)?;
+        let rays: Vec<(Kind, Ray)> = rays.into_iter().map(|(r, k)| (k, r)).collect();
+        let given = if args.ray.is_empty() {
+            &rays
+        } else {
+            &args.ray
+        };
+        return check(&geometry, |_| given.clone());
+    }
+    let lenient = args.lenient;
+    let scene = load_scene(&args.scene, &LoadOptions { lenient })?;
+    check(&scene.geometry, |embree| {
+        if !args.ray.is_empty() {
+            return args.ray.clone();
+        }
+        let sets = of_scene(&scene, embree, args.count as usize);
+        let rays = sets
+            .into_iter()
+            .flat_map(|s| s.rays.into_iter().map(move |r| (s.kind, r)));
+        rays.collect()
+    })
+}
+
+fn check(
+    geometry: &Geometry,
+    rays: impl Fn(&Embree) -> Vec<(Kind, Ray)>,
+) -> Result<Disagreement, CliError> {
+    let embree = Embree::new(geometry, EmbreeOptions::default())?;
+    let rays = rays(&embree);
+    let checked = Checked::new(embree, Obvhs::new(geometry));
+    rays.par_chunks(4096).for_each(|part| {
+        for (kind, ray) in part {
+            match kind {
+                Kind::Closest => drop(checked.nearest(ray)),
+                Kind::Any => drop(checked.occluded(ray)),
+            }
+        }
+    });
+    Ok(checked.disagreement())
+}
