@@ -126,6 +126,7 @@ impl<const N: usize> Vertex<N> {
     }
 
     /// Unit direction and 1/distance² to another vertex; distance 1 to a vertex at infinity, so that it drops out.
+    /// Vertices at one place are joined by nothing: direction 0 and a geometry term of 0.
     #[inline]
     pub fn towards(&self, other: &Self) -> (Vec3, f64) {
         if other.kind == Kind::Infinite {
@@ -137,8 +138,7 @@ impl<const N: usize> Vertex<N> {
         let d = other.p - self.p;
         let d2 = d.length_squared();
         if !(1e-30..=1e30).contains(&d2) {
-            let inv = 1.0 / d.as_dvec3().length_squared();
-            return ((d.as_dvec3() * inv.sqrt()).as_vec3(), inv);
+            return far_or_near(d);
         }
         (d * d2.sqrt().recip(), 1.0 / d2 as f64)
     }
@@ -177,4 +177,15 @@ impl<const N: usize> Vertex<N> {
             z: self.ns,
         }
     }
+}
+
+/// As [`Vertex::towards`], where f32 does not hold the square of the distance.
+#[cold]
+fn far_or_near(d: Vec3) -> (Vec3, f64) {
+    let d = d.as_dvec3();
+    let d2 = d.length_squared();
+    if d2 == 0.0 {
+        return (Vec3::ZERO, 0.0);
+    }
+    ((d / d2.sqrt()).as_vec3(), 1.0 / d2)
 }
