@@ -193,9 +193,9 @@ pub struct Context<'a, A: Accel> {
 impl<A: Accel> Context<'_, A> {
     /// What every proposal needs at last: it is the chain's, carries light, lies on the raster.
     #[inline]
-    pub fn carries<const N: usize>(&self, y: &mut Path<N>, pool: &Pool<N>) -> bool {
+    pub fn carries<const N: usize>(&mut self, y: &mut Path<N>, pool: &Pool<N>) -> bool {
         !(self.indirect_only && y.is_direct())
             && self.world.lens.contains(y.raster)
-            && y.measure(self.world, pool)
+            && y.measure(self.world, pool, self.tally)
     }
 }

@@ -208,10 +208,10 @@ impl<const N: usize> Sampler<N> {
             y.links[s].mode = Mode::NonSpecular;
             y.relink(world, pool, s - 1, s);
         }
-        if (indirect_only && y.is_direct()) || !y.measure(world, pool) {
-            return None;
-        }
-        if t == 1 && !world.lens.contains(y.raster) {
+        if (indirect_only && y.is_direct())
+            || (t == 1 && !world.lens.contains(y.raster))
+            || !y.measure(world, pool, tally)
+        {
             return None;
         }
         if s > 0 && !y.edge_visible(world, pool, s - 1, tally) {
@@ -241,10 +241,10 @@ impl<const N: usize> Sampler<N> {
         y.links.extend_from_slice(&self.light.links[..s - 1]);
         y.push(crossing.slot, Mode::NonSpecular);
         y.relink(world, pool, s - 2, s - 1);
-        if (indirect_only && y.is_direct()) || !y.measure(world, pool) {
-            return None;
-        }
-        if !world.lens.contains(y.raster) {
+        if (indirect_only && y.is_direct())
+            || !world.lens.contains(y.raster)
+            || !y.measure(world, pool, tally)
+        {
             return None;
         }
         self.weigh(s, crossing.survival, heuristic, tally)

@@ -1,7 +1,7 @@
 //! A path as indices into a pool of vertices, with its links and the densities of all its bidirectional strategies.
 
 use super::link::scatter_terms_at;
-use super::{Emitters, Kind, Link, Pool, Vertex, World};
+use super::{Emitters, Kind, Link, Pool, Tally, Vertex, World};
 use crate::accel::Accel;
 use crate::scatter::Mode;
 use crate::scene::spectrum::{Lanes, Spectrum};
@@ -234,9 +234,15 @@ impl<const N: usize> Path<N> {
         (lens.prob_l, lens.prob_e) = (1.0, 1.0);
     }
 
-    /// Multiplies the spectra of all vertices. False if the path carries nothing in any lane.
+    /// Multiplies the spectra of all vertices. False if the path carries nothing in any lane; a product that is no
+    /// number is counted.
     #[inline]
-    pub fn measure<A: Accel>(&mut self, world: &World<A>, pool: &Pool<N>) -> bool {
+    pub fn measure<A: Accel>(
+        &mut self,
+        world: &World<A>,
+        pool: &Pool<N>,
+        tally: &mut Tally,
+    ) -> bool {
         // A delta light is not seen itself: its image would be a point on the raster that no camera ray can find. Nor is
         // it through deltas, where only t = 0 would find it, as a disk of confusion without the sharp image in it.
         if (self.k() == 1 || world.lens.has_aperture()) && self.shows_delta_light(pool) {
@@ -251,6 +257,8 @@ impl<const N: usize> Path<N> {
                 let m = s.max();
                 if m < 1e-12 {
                     if m <= 0.0 {
+                        // `max` passes over lanes that are no number.
+                        tally.check(s.mean() as f64);
                         return false;
                     }
                     s = s * (1u64 << 40) as f32;
@@ -276,7 +284,10 @@ impl<const N: usize> Path<N> {
         self.shape_exp = exp;
         self.shape_tau = s.dot(self.lanes.target) as f64;
         self.known = false;
-        self.shape_tau > 0.0
+        self.shape_tau > 0.0 || {
+            tally.check(self.shape_tau);
+            false
+        }
     }
 
     /// L S*E with a delta light.
@@ -301,7 +312,7 @@ impl<const N: usize> Path<N> {
         world: &World<A>,
         pool: &Pool<N>,
         i: usize,
-        tally: &mut super::Tally,
+        tally: &mut Tally,
     ) -> bool {
         world.visible(
             pool.get(self.links[i].slot),

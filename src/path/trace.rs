@@ -1,6 +1,6 @@
 //! One more vertex: choose a direction, follow it.
 
-use super::{Kind, Palette, Tally, Vertex, World};
+use super::{Fault, Kind, Palette, Tally, Vertex, World};
 use crate::accel::{Accel, Ray, closest, offset_origin, surface};
 use crate::sampling::Rng;
 use crate::scatter::{Bsdf, Mode, Transport};
@@ -90,6 +90,9 @@ pub fn trace_into<const N: usize, A: Accel>(
         let s = surface(&world.scene.geometry, &hit, &ray);
         v.become_surface(world.scene, hit.prim, &s, palette);
         true
+    } else if w.is_nan() {
+        tally.fault(Fault::Nan);
+        false
     } else if world.emitters.has_sky() {
         *v = world.emitters.sky_vertex(world.scene, palette.lanes(), w);
         true

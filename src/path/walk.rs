@@ -130,18 +130,22 @@ impl Walk {
             let Some((w, mode)) = scatter(v, from, transport, rng) else {
                 return;
             };
-            let step = match transport {
+            let (fs, pdf) = match transport {
                 Transport::FromEye => {
                     let t = scatter_terms(v, mode, w, from);
-                    t.fs.max() as f64 * v.cos(w) / t.pdf_e
+                    (t.fs, t.pdf_e)
                 }
                 Transport::FromLight => {
                     let t = scatter_terms(v, mode, from, w);
-                    t.fs.max() as f64 * v.cos(w) / t.pdf_l
+                    (t.fs, t.pdf_l)
                 }
             };
-            // Also ends the walk where nothing scatters and the density is zero with it (0/0).
-            if step.is_nan() || step <= 0.0 {
+            // Nothing scatters, be it with a density of 0 as well.
+            if fs.is_black() {
+                return;
+            }
+            let step = fs.max() as f64 * v.cos(w) / pdf;
+            if step <= 0.0 || !tally.check(step) {
                 return;
             }
             beta *= step;

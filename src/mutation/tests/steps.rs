@@ -157,7 +157,7 @@ fn rebuilt<const N: usize>(world: &Room, x: &Path<N>, pool: &Pool<N>) -> Path<N>
     }
     y.relink(world, pool, 0, x.k());
     assert!(
-        y.measure(world, pool),
+        y.measure(world, pool, &mut Tally::default()),
         "a path of the chain carries nothing"
     );
     assert!(y.strategies(), "a path of the chain has no strategy");
