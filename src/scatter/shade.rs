@@ -65,12 +65,13 @@ pub fn shade_material<const N: usize>(
         Material::Dielectric { eta, roughness } => {
             let (eta, dispersive) = hero_index(eta, lanes);
             match facets(roughness, uv, images) {
-                // Without a step in the index facets do nothing.
-                Some(ggx) if eta != 1.0 => Bsdf::RoughDielectric(RoughDielectric {
-                    eta,
-                    ggx,
-                    dispersive,
-                }),
+                Some(ggx) if (eta - 1.0).abs() * ggx.ax.max(ggx.ay) >= LEAST_SPREAD => {
+                    Bsdf::RoughDielectric(RoughDielectric {
+                        eta,
+                        ggx,
+                        dispersive,
+                    })
+                }
                 _ => Bsdf::Dielectric(Dielectric { eta, dispersive }),
             }
         }
@@ -99,6 +100,11 @@ pub fn shade_material<const N: usize>(
 fn hero_index<const N: usize>(eta: &Curve, lanes: &Lanes<N>) -> (f32, bool) {
     (or_one(eta.at(lanes.lambda[0])), !eta.is_constant())
 }
+
+/// Facets spread what passes a step |η − 1| in the index over about |η − 1|·α rad. Where that is less than 1024 roundings
+/// of a unit direction, the facet that joins two directions is mostly rounding (for η = 1 there is none), so the interface
+/// counts as smooth; a tenth of a pixel's angle hides the difference.
+const LEAST_SPREAD: f32 = 1024.0 * 0.5 * f32::EPSILON;
 
 /// An index of 0 stands for 1, as pbrt-v4 has it; the same for what is no number.
 #[inline]
