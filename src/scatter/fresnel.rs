@@ -31,27 +31,32 @@ pub fn dielectric(cos: f32, eta: f32) -> f32 {
     dielectric_parts(cos, eta).0
 }
 
-/// Reflectance of a conductor of complex index `eta` + i·`k` at |cos θ| in 0..=1 (Born & Wolf 14.4.2).
+/// Reflectance of a conductor of complex index `eta` + i·`k` at |cos θ| in 0..=1 (Born & Wolf 14.4.2). With
+/// a + i·b = √((η + iκ)² − sin²θ), both polarisations are quotients of sums of squares, which no rounding makes negative.
 #[inline]
 pub fn conductor(cos: f32, eta: f32, k: f32) -> f32 {
+    // No interface; the quotients are 0/0 at the horizon.
+    if eta == 1.0 && k == 0.0 {
+        return 0.0;
+    }
     let c2 = (cos * cos).min(1.0);
     let s2 = 1.0 - c2;
     let (e2, k2) = (eta * eta, k * k);
     let t0 = e2 - k2 - s2;
     let q = 4.0 * e2 * k2;
-    // |z| and Re √z of z = (η + iκ)² − sin²θ.
-    let abs = (t0 * t0 + q).sqrt();
-    let a2 = if t0 >= 0.0 {
-        0.5 * (abs + t0)
+    // The larger of a² and b² is half of this, the other one would cancel: a²·b² = q/4.
+    let sum = (t0 * t0 + q).sqrt() + t0.abs();
+    let (large, small) = (0.5 * sum, if sum > 0.0 { 0.5 * q / sum } else { 0.0 });
+    let (a2, b2) = if t0 >= 0.0 {
+        (large, small)
     } else {
-        // The sum cancels for good metals, where κ ≫ η.
-        0.5 * q / (abs - t0)
+        (small, large)
     };
-    let two_ac = 2.0 * cos * a2.sqrt();
-    let s = (abs + c2 - two_ac) / (abs + c2 + two_ac);
-    let u = c2 * abs + s2 * s2;
-    let v = two_ac * s2;
-    0.5 * s * (1.0 + (u - v) / (u + v))
+    let (a, c) = (a2.sqrt(), c2.sqrt());
+    let square = |v: f32| v * v;
+    let s = (square(a - c) + b2) / (square(a + c) + b2);
+    let (ac, b2c2) = (a * c, b2 * c2);
+    0.5 * s * (1.0 + (square(ac - s2) + b2c2) / (square(ac + s2) + b2c2))
 }
 
 /// Mirror of `w` in the plane z = 0's normal.
