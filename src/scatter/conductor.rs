@@ -95,10 +95,11 @@ impl<const N: usize> RoughConductor<N> {
 }
 
 /// The facet normal m (z ≥ 0) that mirrors `a` into `b`, and |a·m| = |b·m|; `None` unless both lie strictly on one
-/// side. The cosine is half the length of a + b, so it has the same bits when the directions change places.
+/// side. The cosine is half the length of a + b, so it has the same bits when the directions change places. A product of
+/// cosines that f32 holds no digits of counts as the horizon.
 #[inline]
 pub(super) fn half(a: Vec3, b: Vec3) -> Option<(Vec3, f32)> {
-    if a.z * b.z <= 0.0 {
+    if a.z * b.z < f32::MIN_POSITIVE {
         return None;
     }
     let h = a + b;

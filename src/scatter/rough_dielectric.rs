@@ -31,9 +31,9 @@ impl RoughDielectric {
         };
         let r = fresnel::dielectric(f.from_m, self.eta);
         let g = self.ggx.d(f.m) * self.ggx.g2(w_l, w_e);
-        let v =
-            (1.0 - r) * g * (f.from_m * f.to_m).abs() / ((w_l.z * w_e.z).abs() * f.denominator());
-        Spectrum::splat(v)
+        // Each divisor by itself: their product may underflow.
+        let v = (1.0 - r) * g * (f.from_m * f.to_m).abs() / (w_l.z * w_e.z).abs();
+        Spectrum::splat(v / f.denominator())
     }
 
     /// Density of the visible normal, times R or 1 − R at that facet, turned into that of the direction.
@@ -84,7 +84,7 @@ impl Facet {
     /// `None` where no facet turned to both does it.
     #[inline]
     fn refracting(from: Vec3, to: Vec3, eta: f32) -> Option<Self> {
-        if from.z * to.z >= 0.0 {
+        if from.z * to.z > -f32::MIN_POSITIVE {
             return None;
         }
         let ratio = relative_index(to, eta);
