@@ -35,6 +35,11 @@ pub struct Comparison {
     pub l_inf: f64,
     /// Mean over pixels and channels of |x − r| / (r + ε), ε = [`MAPE_EPSILON`]; negative r count as |r|.
     pub mape: f64,
+    /// √ of the mean over pixels of (x − r)², over the mean of r, in luminance: what a render's own relative error
+    /// (`film::ErrorSummary`) claims, and the error that `study` draws.
+    pub rel_rms: f64,
+    /// Mean of x − r over the mean of r, in luminance. One image cannot tell a bias from its own noise: see `decompose`.
+    pub bias: f64,
 }
 
 /// Luminance of a pixel.
@@ -67,6 +72,9 @@ struct Sums {
     e1: f64,
     e2: f64,
     e_max: f64,
+    y_reference: f64,
+    y_off: f64,
+    y_square: f64,
 }
 
 impl Sums {
@@ -86,8 +94,12 @@ impl Sums {
             self.percent += d.abs() / (r.abs() + MAPE_EPSILON);
         }
         let y = luminance(r);
+        let off = luminance(x) - y;
+        self.y_reference += y;
+        self.y_off += off;
+        self.y_square += off * off;
         if y > 0.0 {
-            let e = (luminance(x) - y) / y;
+            let e = off / y;
             self.e1 += e.abs();
             self.e2 += e * e;
             self.e_max = self.e_max.max(e.abs());
@@ -110,6 +122,8 @@ impl Sums {
             l2: (self.e2 / lit).sqrt(),
             l_inf: self.e_max,
             mape: self.percent / (3.0 * n),
+            rel_rms: (self.y_square * n).sqrt() / self.y_reference,
+            bias: self.y_off / self.y_reference,
         }
     }
 }
@@ -208,6 +222,8 @@ mod tests {
         close(c.l1, 0.1815461740859087);
         close(c.l2, 0.1982718155792577);
         close(c.l_inf, 0.2930270522388058);
+        close(c.rel_rms, 0.6786311826002355);
+        close(c.bias, 0.3574594147418878);
     }
 
     #[test]

@@ -1,4 +1,8 @@
-//! Studies of images and of speed.
+//! Studies of images and of speed: how far an image is from a reference, what that costs in time, and a page that shows it.
 
 pub mod bench_accel;
+pub mod decompose;
+pub mod fit;
+pub mod flip;
+pub mod interval;
 pub mod metrics;
