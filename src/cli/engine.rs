@@ -226,13 +226,13 @@ fn with_lanes<const N: usize, A: Accel>(
                 DirectArg::Separate => Direct::Separate,
                 DirectArg::Chain => Direct::InChain,
             };
-            let options = MltOptions {
+            let options = args.tuning.apply(MltOptions {
                 direct,
                 bins,
                 shares: job.plan.shares,
                 test_samples: args.two_stage.then_some(TEST_SAMPLES),
                 ..MltOptions::default()
-            };
+            });
             let r = mlt::<N, A>(&world, &options, job.stop, args.seed, progress, &mut tally);
             report.mlt(&r, &options.shares, job.target);
             (r.image, r.spectrum, r.errors, r.target_met)

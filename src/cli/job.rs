@@ -124,6 +124,11 @@ impl Job {
         if args.two_stage && !is_mlt {
             return Err(usage("--two-stage is for --integrator mlt".into()));
         }
+        if args.tuning != super::tuning::Tuning::default() && !is_mlt {
+            let text = "--plain-deletions, --no-expected-values, --no-stratification, --chains and --seeds are \
+                        for --integrator mlt";
+            return Err(usage(text.into()));
+        }
         if args.mutate.is_some() && !is_mlt {
             return Err(usage("--mutate is for --integrator mlt".into()));
         }

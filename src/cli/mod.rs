@@ -15,6 +15,7 @@ mod plan_memory;
 mod render;
 mod render_args;
 mod report;
+mod tuning;
 
 pub use error::CliError;
 

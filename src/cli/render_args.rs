@@ -169,6 +169,8 @@ pub struct RenderArgs {
     /// Write the rays traced to a file that `cargo bench --bench rays` replays
     #[arg(long, value_name = "FILE", hide = true)]
     pub record_rays: Option<PathBuf>,
+    #[command(flatten)]
+    pub tuning: super::tuning::Tuning,
     /// No progress bar, no messages but errors
     #[arg(short, long)]
     pub quiet: bool,

@@ -6,6 +6,7 @@
 //! noise of either; it may come out below 0.
 
 use super::interval::{Interval, Mean};
+use serde::Serialize;
 
 /// An image of the setting that is judged.
 pub struct Sample<'a> {
@@ -69,7 +70,7 @@ impl Truth {
 }
 
 /// Noise and bias of a setting, relative to the reference's mean luminance.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Parts {
     /// Mean squared noise of an image of one unit of work.
     pub variance: f64,
