@@ -24,6 +24,11 @@ impl Bar {
         Self(bar)
     }
 
+    /// Says what is being done now.
+    pub fn say(&self, what: &str) {
+        self.0.set_message(what.to_owned());
+    }
+
     /// Removes the bar.
     pub fn finish(&self) {
         self.0.finish_and_clear();

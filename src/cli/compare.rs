@@ -73,13 +73,12 @@ impl CompareError {
 pub fn run(args: &CompareArgs, out: &mut dyn Write) -> Result<u8, CompareError> {
     let (image, image_window) = read_windowed(&args.image)?;
     let (reference, reference_window) = read_windowed(&args.reference)?;
-    let reference =
-        fit(&image, image_window, &reference, reference_window).ok_or(CompareError::Sizes {
-            image: [image.width, image.height],
-            image_window,
-            reference: [reference.width, reference.height],
-            reference_window,
-        })?;
+    let reference = fit(
+        [image.width, image.height],
+        image_window,
+        &reference,
+        reference_window,
+    )?;
     let block = args.block as usize;
     let (image, reference) = (
         metrics::blocks(&image, block),
@@ -107,8 +106,25 @@ pub fn run(args: &CompareArgs, out: &mut dyn Write) -> Result<u8, CompareError> 
     Ok(u8::from(exceeded))
 }
 
-/// The part of the reference the image shows, averaged down to its size.
-fn fit(image: &Image, at: Window, reference: &Image, ref_at: Window) -> Option<Image> {
+/// The part of the reference that an image of this size and place shows, averaged down to its size.
+///
+/// # Errors
+/// A reference that does not cover the image.
+pub fn fit(
+    size: [usize; 2],
+    at: Window,
+    reference: &Image,
+    ref_at: Window,
+) -> Result<Image, CompareError> {
+    part_of(size, at, reference, ref_at).ok_or(CompareError::Sizes {
+        image: size,
+        image_window: at,
+        reference: [reference.width, reference.height],
+        reference_window: ref_at,
+    })
+}
+
+fn part_of(size: [usize; 2], at: Window, reference: &Image, ref_at: Window) -> Option<Image> {
     let k = ref_at.full[0] / at.full[0].max(1);
     if k == 0 || ref_at.full != at.full.map(|v| v * k) {
         return None;
@@ -117,7 +133,7 @@ fn fit(image: &Image, at: Window, reference: &Image, ref_at: Window) -> Option<I
         let c = at.origin[i] as i64 * k as i64 - ref_at.origin[i] as i64;
         usize::try_from(c).ok()
     });
-    let part = reference.cut(corner[0]?, corner[1]?, image.width * k, image.height * k)?;
+    let part = reference.cut(corner[0]?, corner[1]?, size[0] * k, size[1] * k)?;
     Some(metrics::blocks(&part, k))
 }
 

@@ -24,6 +24,9 @@ pub enum CliError {
     /// A comparison did not come about.
     #[error("{0}")]
     Compare(#[from] CompareError),
+    /// An interrupt before there was a result; what is done is kept.
+    #[error("{0}")]
+    Stopped(String),
     /// A fault of this program or of the system.
     #[error("{0}")]
     Internal(String),
@@ -36,6 +39,7 @@ impl CliError {
             Self::Scene(_) | Self::Usage(_) => 2,
             Self::Output(e) => e.exit_code(),
             Self::Compare(e) => e.exit_code(),
+            Self::Stopped(_) => 75,
             Self::Accel(_) | Self::Internal(_) => 1,
         })
     }

@@ -15,6 +15,8 @@ mod plan_memory;
 mod render;
 mod render_args;
 mod report;
+mod study;
+mod study_run;
 mod tuning;
 
 pub use error::CliError;
@@ -46,6 +48,8 @@ enum Command {
     Compare(compare::CompareArgs),
     BenchAccel(bench_accel::BenchAccelArgs),
     CheckRays(check_rays::CheckRaysArgs),
+    /// Show what accuracy costs in time, as a page
+    Study(Box<study::StudyArgs>),
     /// Print shell completions
     Completions(manual::CompletionsArgs),
     /// Print the manual page (roff)
@@ -63,6 +67,7 @@ pub fn main() -> ExitCode {
             .map_err(CliError::from),
         Command::BenchAccel(args) => bench_accel::run(&args, &mut std::io::stdout()),
         Command::CheckRays(args) => check_rays::run(&args, &mut std::io::stdout()),
+        Command::Study(args) => study::run(&args),
         Command::Completions(args) => manual::completions(&args),
         Command::Man => manual::man(),
     };

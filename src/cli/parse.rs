@@ -20,6 +20,13 @@ fn numbers<const K: usize>(s: &str, sep: char, what: &str) -> Result<[u32; K], S
     v.try_into().map_err(|_| what.to_owned())
 }
 
+/// A count of at least one, and not a slip of the finger.
+pub fn positive_count(s: &str) -> Result<usize, String> {
+    let n = s.parse::<usize>().ok();
+    n.filter(|n| (1..=999).contains(n))
+        .ok_or_else(|| "expected a number from 1 to 999".into())
+}
+
 /// `WIDTHxHEIGHT` in pixels.
 pub fn size(s: &str) -> Result<[u32; 2], String> {
     let v = numbers::<2>(s, 'x', "expected WIDTHxHEIGHT, such as 640x360")?;

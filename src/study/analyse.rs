@@ -56,8 +56,8 @@ impl Judged {
     pub fn new(point: Point, level: usize, image: &Image, reference: &Reference) -> Self {
         let c = compare(image, &reference.image).expect("one size");
         let net = c.rel_rms.powi(2) - reference.noise().powi(2);
-        // A difference of a twentieth of the reference's noise is not measured.
-        let told = net > 0.05 * reference.noise().powi(2);
+        // Below half the reference's noise the difference is mostly that of two estimates.
+        let told = net > 0.25 * reference.noise().powi(2);
         let errors = Errors {
             rel_rms: c.rel_rms,
             rel_rms_net: told.then(|| net.sqrt()),

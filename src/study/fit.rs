@@ -163,16 +163,11 @@ impl Pace {
         };
         if start >= 0.0 && each > 0.0 {
             Self { start, each }
-        } else if each > 0.0 {
+        } else {
+            // Times that grow faster than the work, or fall: the clock was disturbed. All of it is taken to be work.
             Self {
                 start: 0.0,
                 each: swt / sww,
-            }
-        } else {
-            // Time that does not grow: all of it is the start.
-            Self {
-                start: st / s,
-                each: f64::MIN_POSITIVE,
             }
         }
     }
@@ -274,5 +269,7 @@ mod tests {
         let p = Pace::of(&[(1.0, 0.1), (2.0, 0.4)]);
         assert_eq!(p.start, 0.0);
         assert!(p.each > 0.1 && p.each < 0.2);
+        let p = Pace::of(&[(1.0, 0.4), (2.0, 0.1)]);
+        assert!(p.start == 0.0 && p.each > 0.05 && p.each < 0.4, "{p:?}");
     }
 }

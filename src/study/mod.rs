@@ -8,6 +8,8 @@ pub mod fit;
 pub mod flip;
 pub mod interval;
 pub mod metrics;
+pub mod page;
 pub mod record;
 pub mod reference;
 pub mod schedule;
+pub mod words;

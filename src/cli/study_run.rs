@@ -1,0 +1,369 @@
+//! Renders the points of a study in process, each from the very words of its command line.
+
+use super::CliError;
+use super::bar::Bar;
+use super::compare::fit as fit_reference;
+use super::engine::{self, Prepared};
+use super::study::{Plan, StudyArgs, parse};
+use crate::integrator::{Progress, Quiet};
+use crate::mutation::Strategy;
+use crate::output::{Image, check_writable, read_windowed};
+use crate::study::axes::joined;
+use crate::study::fit::Pace;
+use crate::study::page::{Facts, Study};
+use crate::study::record::{Point, Store};
+use crate::study::reference::{Reference, stated_errors};
+use crate::study::schedule::{Cost, LEVELS, even, seed};
+use serde::{Deserialize, Serialize};
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::flag;
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// Parts of a reference: their spread tells its noise, with three degrees of freedom.
+const PARTS: usize = 4;
+/// The page is written at most this often.
+const REFRESH: Duration = Duration::from_secs(10);
+/// A pilot goes on until it has lasted so long.
+const PILOT: f64 = 0.1;
+
+/// The scene with the options that every image shares.
+pub fn base(scene: &Path, shared: &[String]) -> Result<Prepared, CliError> {
+    let words = words(scene, shared);
+    let args = parse(&words)?;
+    let set = [
+        ("--output", !args.output.is_empty()),
+        ("--rounds", args.rounds.is_some()),
+        ("--mutations", args.mutations.is_some()),
+        ("--spp", args.spp.is_some()),
+        ("--time-limit", args.time_limit.is_some()),
+        ("--target-error", args.target_error.is_some()),
+        ("--seed", shared.iter().any(|a| a.starts_with("--seed"))),
+        ("--stats", args.stats.is_some()),
+        ("--record-rays", args.record_rays.is_some()),
+    ];
+    if let Some((name, _)) = set.iter().find(|(_, given)| *given) {
+        let text = format!("{name} after -- : each image of a study has its own");
+        return Err(CliError::Usage(text));
+    }
+    Prepared::new(&args)
+}
+
+fn words(scene: &Path, more: &[String]) -> Vec<String> {
+    let mut all = vec![scene.display().to_string()];
+    all.extend(more.iter().cloned());
+    all
+}
+
+/// Paces found by pilots, kept so that a study that goes on asks for the same rounds.
+#[derive(Default, Serialize, Deserialize)]
+struct Pilots {
+    scene_hash: String,
+    found: BTreeMap<String, Pilot>,
+}
+
+/// What the pilots of a setting told.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+struct Pilot {
+    pace: Pace,
+    around: f64,
+    /// Squared relative error of one round by its own account, if it could be told.
+    square: Option<f64>,
+}
+
+/// Renders for a study.
+pub struct Runner<'a> {
+    args: &'a StudyArgs,
+    store: &'a Store,
+    scene_hash: String,
+    start: Instant,
+    pilots: Pilots,
+    stop: Arc<AtomicBool>,
+}
+
+impl<'a> Runner<'a> {
+    /// For the scene as prepared; `start` is when the budget began.
+    pub fn new(args: &'a StudyArgs, store: &'a Store, prepared: &Prepared, start: Instant) -> Self {
+        let scene_hash = format!("{:016x}", prepared.scene.hash);
+        let pilots: Pilots = store.read_json("pilots.json").unwrap_or_default();
+        let fits = |p: &Pilots| p.scene_hash == scene_hash;
+        let pilots = Some(pilots).filter(fits).unwrap_or_default();
+        Self {
+            args,
+            store,
+            scene_hash,
+            start,
+            pilots,
+            stop: interrupts(),
+        }
+    }
+
+    /// Seconds of the budget that are gone.
+    pub fn spent(&self) -> f64 {
+        self.start.elapsed().as_secs_f64()
+    }
+
+    fn command(&self, setting: &[String], rounds: u64, seed: u64) -> Vec<String> {
+        let mut all = words(&self.args.scene, &joined(&self.args.render, setting));
+        for (name, value) in [("--rounds", rounds), ("--seed", seed)] {
+            all.extend([name.to_owned(), value.to_string()]);
+        }
+        all
+    }
+
+    /// What a setting costs, from renders of one round and of a few.
+    pub fn cost(&mut self, setting: &[String]) -> Result<Cost, CliError> {
+        let Pilot { pace, around, .. } = self.pilot(setting)?;
+        Ok(Cost { pace, around })
+    }
+
+    fn pilot(&mut self, setting: &[String]) -> Result<Pilot, CliError> {
+        let key = joined(&self.args.render, setting).join(" ");
+        if let Some(pilot) = self.pilots.found.get(&key) {
+            return Ok(*pilot);
+        }
+        let mut square = None;
+        let mut times = Vec::new();
+        let mut around = 0.0f64;
+        let mut rounds = 1u64;
+        while times.len() < 2
+            || (times.len() < 5 && times.iter().map(|t: &(f64, f64)| t.1).sum::<f64>() < PILOT)
+        {
+            let begin = Instant::now();
+            let command = self.command(setting, rounds, 1);
+            let (point, _) = self.render(&command, rounds, 1, 0, None, &Quiet)?;
+            let seconds = point.wall_seconds.max(1e-6);
+            times.push((rounds as f64, seconds));
+            square = point.claimed.map(|e| e * e * rounds as f64).or(square);
+            around = around.max(begin.elapsed().as_secs_f64() - seconds);
+            rounds = even((rounds as f64 * (PILOT / seconds).clamp(2.0, 64.0)).max(2.0));
+        }
+        let pace = Pace::of(&times);
+        self.pilots.scene_hash.clone_from(&self.scene_hash);
+        let pilot = Pilot {
+            pace,
+            around,
+            square,
+        };
+        self.pilots.found.insert(key, pilot);
+        self.store
+            .write_json(&self.store.file("pilots.json"), &self.pilots)?;
+        Ok(pilot)
+    }
+
+    /// Where specular surfaces may hide light from a short pilot, chains are trusted to find it; else the less noisy of two
+    /// unbiased integrators by their pilots.
+    fn reference_integrator(&mut self, prepared: &Prepared) -> Result<String, CliError> {
+        if self.args.reference_integrator != "auto" {
+            return Ok(self.args.reference_integrator.clone());
+        }
+        if prepared.job.plan.shares.0[Strategy::Caustic as usize] > 0.0 {
+            return Ok("mlt".into());
+        }
+        let mut price = |name: &str| -> Result<f64, CliError> {
+            let pilot = self.pilot(&["--integrator".into(), name.into()])?;
+            Ok(pilot.square.map_or(f64::INFINITY, |s| s * pilot.pace.each))
+        };
+        let (chains, paths) = (price("mlt")?, price("bdpt")?);
+        Ok(if paths < chains { "bdpt" } else { "mlt" }.into())
+    }
+
+    /// Renders a command and, if `file` is given, keeps the image and the point.
+    fn render(
+        &self,
+        command: &[String],
+        rounds: u64,
+        seed: u64,
+        repeat: usize,
+        file: Option<&Path>,
+        progress: &dyn Progress,
+    ) -> Result<(Point, Image), CliError> {
+        let args = parse(command)?;
+        let prepared = Prepared::new(&args)?;
+        let rendered = engine::render(&args, &prepared, progress)?;
+        let told = serde_json::to_value(&rendered.report)
+            .map_err(|e| CliError::Internal(e.to_string()))?;
+        let number = |at: &str| told.pointer(at).and_then(serde_json::Value::as_f64);
+        let point = Point {
+            command: command.to_vec(),
+            scene_hash: self.scene_hash.clone(),
+            rounds,
+            seed,
+            repeat,
+            wall_seconds: number("/wall_seconds").unwrap_or(0.0),
+            cpu_seconds: number("/cpu_seconds").unwrap_or(0.0),
+            threads: number("/threads").unwrap_or(1.0) as usize,
+            claimed: number("/error/relative"),
+            faults: rendered.report.faults_impossible(),
+        };
+        if let Some(file) = file {
+            rendered.write(file, 0.0)?;
+            self.store.keep(&point)?;
+        }
+        Ok((point, rendered.image))
+    }
+
+    /// The point of a command: from the folder, or rendered now.
+    fn point(
+        &self,
+        setting: &[String],
+        rounds: u64,
+        seed: u64,
+        repeat: usize,
+        progress: &dyn Progress,
+    ) -> Result<(Point, Image), CliError> {
+        let command = self.command(setting, rounds, seed);
+        if let Some((mut point, image)) = self.store.find(&command, &self.scene_hash) {
+            point.repeat = repeat;
+            return Ok((point, image));
+        }
+        let file = self.store.image_file(&command, &self.scene_hash);
+        check_writable(&file)?;
+        self.render(&command, rounds, seed, repeat, Some(&file), progress)
+    }
+
+    /// The reference: the image given, or parts rendered for `seconds` together.
+    pub fn reference(
+        &mut self,
+        prepared: &Prepared,
+        seconds: f64,
+        bar: &Bar,
+    ) -> Result<Reference, CliError> {
+        let [x0, y0, x1, y1] = prepared.scene.camera.crop;
+        let (width, height) = ((x1 - x0) as usize, (y1 - y0) as usize);
+        if let Some(path) = &self.args.reference {
+            let (image, at) = read_windowed(path)?;
+            let errors = stated_errors(path, width * height);
+            let wanted = crate::output::Window {
+                origin: [x0 as i32, y0 as i32],
+                full: prepared.scene.camera.resolution.map(|v| v as usize),
+            };
+            let image = fit_reference([width, height], wanted, &image, at)?;
+            return Ok(Reference::of_file(image, errors.as_deref(), path));
+        }
+        let integrator = self.reference_integrator(prepared)?;
+        let setting = ["--integrator".to_owned(), integrator.clone()];
+        let cost = self.cost(&setting)?;
+        let rounds = even(cost.pace.work(seconds / PARTS as f64)).max(1);
+        let (mut images, mut commands) = (Vec::new(), Vec::new());
+        for part in 0..PARTS {
+            if self.stop.load(Ordering::Relaxed) {
+                let text = "interrupted before the reference was whole; the same command goes on from here";
+                return Err(CliError::Stopped(text.into()));
+            }
+            let nested = Nested {
+                bar,
+                from: part as f64 / PARTS as f64,
+                part: 1.0 / PARTS as f64,
+            };
+            bar.say("rendering the reference");
+            let (point, image) =
+                self.point(&setting, rounds, 900_001 + part as u64, part, &nested)?;
+            commands.push(point.command);
+            images.push(image);
+        }
+        let origin = format!(
+            "{integrator}, {PARTS} independent parts of {rounds} rounds each; its noise: from the spread of the parts"
+        );
+        Ok(Reference::of_parts(&images, origin, commands))
+    }
+
+    /// What the page says of the circumstances.
+    pub fn facts(&self, prepared: &Prepared) -> Facts {
+        let [x0, y0, x1, y1] = prepared.scene.camera.crop;
+        Facts {
+            scene: self.args.scene.display().to_string(),
+            scene_hash: self.scene_hash.clone(),
+            shared: self.args.render.clone(),
+            size: [x1 - x0, y1 - y0],
+            version: env!("CARGO_PKG_VERSION").into(),
+            threads: rayon_threads(prepared.job.threads),
+            triangles: prepared.scene.geometry.triangles.len(),
+            max_depth: prepared.scene.settings.max_depth,
+        }
+    }
+
+    /// Renders what the plan says, lowest budgets first, and calls `refresh` now and then. True if an interrupt ended it.
+    pub fn points(
+        &self,
+        plan: &Plan,
+        study: &mut Study,
+        bar: &Bar,
+        mut refresh: impl FnMut(&Study) -> Result<(), crate::output::ImageError>,
+    ) -> Result<bool, CliError> {
+        // A level costs twice the one below it.
+        let weight = |level: usize| 2f64.powi(level as i32);
+        let each = |r: &Vec<Option<u64>>| {
+            let levels = r.iter().enumerate().filter(|(_, n)| n.is_some());
+            levels.map(|(level, _)| weight(level)).sum::<f64>()
+        };
+        let total = plan.schedule.rounds.iter().map(each).sum::<f64>() * self.args.repeat as f64;
+        let (mut done, mut written) = (0.0, Instant::now());
+        for level in 0..LEVELS {
+            for repeat in 0..self.args.repeat {
+                for (i, setting) in plan.settings.iter().enumerate() {
+                    let Some(rounds) = plan.schedule.rounds[i][level] else {
+                        continue;
+                    };
+                    bar.say(&format!(
+                        "budget {} of {LEVELS}, repeat {}",
+                        level + 1,
+                        repeat + 1
+                    ));
+                    let nested = Nested {
+                        bar,
+                        from: done / total,
+                        part: weight(level) / total,
+                    };
+                    let (point, image) =
+                        self.point(setting, rounds, seed(rounds, repeat), repeat, &nested)?;
+                    study.add(i, level, point, &image);
+                    done += weight(level);
+                    if written.elapsed() > REFRESH {
+                        refresh(study)?;
+                        written = Instant::now();
+                    }
+                    if self.stop.load(Ordering::Relaxed) {
+                        return Ok(true);
+                    }
+                }
+            }
+        }
+        Ok(false)
+    }
+}
+
+/// A flag that the first INT or TERM raises; the second one ends the process at once, with the files written so far.
+fn interrupts() -> Arc<AtomicBool> {
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        // Without it an interrupt ends the process as it would any other, and the folder is as whole as ever.
+        let _ = flag::register_conditional_shutdown(signal, 75, Arc::clone(&stop));
+        let _ = flag::register(signal, Arc::clone(&stop));
+    }
+    stop
+}
+
+fn rayon_threads(asked: usize) -> usize {
+    if asked > 0 {
+        asked
+    } else {
+        std::thread::available_parallelism().map_or(1, usize::from)
+    }
+}
+
+/// A render's progress as a part of the study's.
+struct Nested<'a> {
+    bar: &'a Bar,
+    from: f64,
+    part: f64,
+}
+
+impl Progress for Nested<'_> {
+    fn update(&self, done: f64) {
+        self.bar.update(self.from + self.part * done);
+    }
+}

@@ -1,0 +1,205 @@
+//! What a study found, in words and figures.
+
+use super::analyse::{Summary, TARGETS};
+use super::axes::Axis;
+use super::fit::Reach;
+use super::interval::Interval;
+use super::page::Study;
+use std::fmt::Write;
+
+/// A time with the unit that suits its size, two or three digits.
+pub fn time(seconds: f64) -> String {
+    let (v, unit) = match seconds {
+        s if s < 0.0995 => (s * 1e3, "ms"),
+        s if s < 99.5 => (s, "s"),
+        s if s < 99.5 * 60.0 => (s / 60.0, "min"),
+        s if s < 72.0 * 3600.0 => (s / 3600.0, "h"),
+        s if s < 1000.0 * 86400.0 => (s / 86400.0, "days"),
+        _ => return "years".into(),
+    };
+    format!("{} {unit}", digits(v))
+}
+
+/// Two digits, three from 100 on.
+pub fn digits(v: f64) -> String {
+    if !v.is_finite() {
+        return if v.is_nan() { "?".into() } else { "∞".into() };
+    }
+    if v == 0.0 {
+        return "0".into();
+    }
+    let places = (1 - v.abs().log10().floor() as i32).max(0) as usize;
+    format!("{v:.places$}")
+}
+
+/// Per cent.
+pub fn percent(v: f64) -> String {
+    format!("{} %", digits(100.0 * v))
+}
+
+/// A value with its bounds in brackets, all by `f`.
+pub fn bounds(i: Interval, f: impl Fn(f64) -> String) -> String {
+    format!("{} ({} to {})", f(i.value), f(i.low), f(i.high))
+}
+
+/// How much longer a setting takes than the axis's first for the same error.
+pub fn longer(first: &Summary, other: &Summary) -> Option<Interval> {
+    let (a, b) = (first.efficiency?, other.efficiency?);
+    let half = |i: Interval| 0.5 * (i.high / i.low).ln();
+    let ratio = (a.value / b.value).ln();
+    let both = half(a).hypot(half(b));
+    (ratio.is_finite() && both.is_finite()).then(|| Interval::around(ratio, both).map(f64::exp))
+}
+
+/// The answers an axis gives, a sentence each.
+pub fn answers(study: &Study, summaries: &[Summary], axis: &Axis) -> Vec<String> {
+    let of = |k: usize| &summaries[study.number(&axis.settings[k].args)];
+    let name = |k: usize| axis.settings[k].name.as_str();
+    let all = 0..axis.settings.len();
+    let mut said = Vec::new();
+    if let Some(t) = study.common_time(axis) {
+        let mut errors: Vec<(usize, Interval)> = all
+            .clone()
+            .filter_map(|k| Some((k, of(k).error_after(t)?)))
+            .collect();
+        errors.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
+        let each = errors
+            .iter()
+            .map(|(k, e)| format!("{} {}", name(*k), bounds(*e, percent)));
+        let each: Vec<String> = each.collect();
+        if !each.is_empty() {
+            said.push(format!("Error after {}: {}.", time(t), each.join(", ")));
+        }
+    }
+    let (mut slower, mut faster, mut same) = (Vec::new(), Vec::new(), Vec::new());
+    for k in all.clone().skip(1) {
+        // What has a floor never gets to the same error.
+        if of(k).parts.and_then(|p| p.floor()).is_some() {
+            continue;
+        }
+        if let Some(r) = longer(of(0), of(k)) {
+            let text = format!("{} {}", name(k), bounds(r, digits));
+            if r.low > 1.0 {
+                slower.push(text);
+            } else if r.high < 1.0 {
+                faster.push(text);
+            } else {
+                same.push(text);
+            }
+        }
+    }
+    for (list, verb) in [(slower, "longer"), (faster, "less long")] {
+        if !list.is_empty() {
+            let list = list.join(", ");
+            said.push(format!(
+                "For the same error, {verb} than {}, in times of its time: {list}.",
+                name(0)
+            ));
+        }
+    }
+    if !same.is_empty() {
+        said.push(format!(
+            "Not told from {} in time for the same error: {}.",
+            name(0),
+            same.join(", ")
+        ));
+    }
+    for k in all {
+        if let Some(f) = of(k).parts.and_then(|p| p.floor()) {
+            let why = axis.settings[k]
+                .biased
+                .as_ref()
+                .map_or(String::new(), |w| format!(" ({w})"));
+            said.push(format!(
+                "{} stays {} off, however long it runs{why}.",
+                name(k),
+                bounds(f, percent)
+            ));
+        }
+    }
+    said
+}
+
+/// A time to reach an error.
+pub fn reach(r: Option<Reach>) -> String {
+    let Some(r) = r else { return "never".into() };
+    let mark = if r.extrapolated { " *" } else { "" };
+    format!("{}{mark}", bounds(r.needed, time))
+}
+
+/// Everything for a terminal.
+pub fn report(study: &Study) -> String {
+    let summaries = study.summaries();
+    let mut out = String::new();
+    for axis in &study.axes {
+        let _ = writeln!(out, "\n{}", axis.name.question());
+        for s in answers(study, &summaries, axis) {
+            let _ = writeln!(out, "  {s}");
+        }
+        let width = axis
+            .settings
+            .iter()
+            .map(|s| s.name.chars().count())
+            .max()
+            .unwrap_or(0);
+        let _ = writeln!(out, "  Time to reach an error of");
+        for s in &axis.settings {
+            let reached = summaries[study.number(&s.args)].reach;
+            let each = TARGETS.iter().zip(reached);
+            let each = each.map(|(e, r)| format!("{}: {}", percent(*e), reach(r)));
+            let each: Vec<String> = each.collect();
+            let _ = writeln!(out, "    {:width$}  {}", s.name, each.join("; "));
+        }
+    }
+    let _ = writeln!(
+        out,
+        "  * beyond what was measured; intervals hold with 95 %"
+    );
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_read_well() {
+        let times = [
+            (0.0123, "12 ms"),
+            (3.21, "3.2 s"),
+            (99.0, "99 s"),
+            (600.0, "10 min"),
+            (1e5, "28 h"),
+            (1e12, "years"),
+        ];
+        for (t, text) in times {
+            assert_eq!(time(t), text);
+        }
+        assert_eq!(percent(0.0512), "5.1 %");
+        assert_eq!(
+            bounds(Interval::around(0.1, 0.02), percent),
+            "10 % (8.0 % to 12 %)"
+        );
+        let needed = Interval::exact(90.0);
+        assert_eq!(
+            reach(Some(Reach {
+                needed,
+                extrapolated: true
+            })),
+            "90 s (90 s to 90 s) *"
+        );
+        assert_eq!(reach(None), "never");
+        let summary = |e: f64| Summary {
+            efficiency: Some(Interval {
+                value: e,
+                low: e / 2.0,
+                high: e * 2.0,
+            }),
+            ..Summary::default()
+        };
+        let r = longer(&summary(6.0), &summary(2.0)).expect("both known");
+        assert!(
+            (r.value - 3.0).abs() < 1e-12 && (r.high / 3.0 - 2f64.powf(2f64.sqrt())).abs() < 1e-9
+        );
+    }
+}
