@@ -31,6 +31,9 @@ pub struct Surface {
     pub ns: Vec3,
     /// Texture coordinates (pbrt-v4's parametrisation where the scene gives none).
     pub uv: Vec2,
+    /// Barycentrics (b1, b2) on a triangle; `uv` on a quadric. With the primitive it says which point this is, to the
+    /// last bit: see [`surface_again`].
+    pub at: Vec2,
 }
 
 /// Gathers what hits ask for, once; a backend calls this when it is built.
@@ -106,7 +109,28 @@ pub fn surface_at(geometry: &Geometry, prim: u32, b1: f32, b2: f32) -> Surface {
         ng,
         ns,
         uv,
+        at: Vec2::new(b1, b2),
     }
+}
+
+/// The very surface, bit for bit, of which `at` of primitive `prim` was kept; `p` and `ng` count on quadrics only.
+pub fn surface_again(geometry: &Geometry, prim: u32, at: Vec2, p: Vec3, ng: Vec3) -> Surface {
+    match geometry.quadric(prim) {
+        None => surface_at(geometry, prim, at.x, at.y),
+        Some(q) => Surface {
+            p,
+            error: quadric_error(q),
+            ng,
+            ns: ng,
+            uv: at,
+            at,
+        },
+    }
+}
+
+/// The texture coordinates at `at` of primitive `prim`.
+pub fn uv_again(geometry: &Geometry, prim: u32, at: Vec2) -> Vec2 {
+    surface_again(geometry, prim, at, Vec3::ZERO, Vec3::ZERO).uv
 }
 
 /// ∂p/∂u at a point of `prim`: not 0, not of unit length, in the plane of the primitive. Apart from [`Surface`] because
@@ -217,29 +241,24 @@ fn tangent([p0, p1, p2]: [Vec3; 3], [t0, t1, t2]: [Vec2; 3], ng: Vec3) -> Vec3 {
     nonzero(((p0 - p2) * b.y - (p1 - p2) * a.y) / det, ng)
 }
 
+/// Bound on the error of each coordinate of a point of a quadric: one rounding of each, one of the f64 arithmetic's guard,
+/// two of an offset, γ4 of the largest coordinate.
+#[inline]
+fn quadric_error(q: &Quadric) -> f32 {
+    let (Quadric::Sphere { center, radius, .. } | Quadric::Disk { center, radius, .. }) = *q;
+    gamma(4) * (center.abs().max_element() + radius)
+}
+
 /// The surface of a quadric at the point nearest to `near`, for points that are sampled rather than hit.
 #[inline]
 pub fn quadric_at(q: &Quadric, near: DVec3) -> Surface {
     let (p, outward) = quadric::project(q, near);
-    let p32 = p.as_vec3();
-    // One rounding of each coordinate, one of the f64 arithmetic's guard, two of an offset: γ4 of the largest coordinate.
-    let magnitude = |c: Vec3, r: f32| gamma(4) * (c.abs().max_element() + r);
-    match *q {
+    let (ng, uv) = match *q {
         Quadric::Sphere {
-            center,
-            radius,
-            to_object,
-            inward,
+            to_object, inward, ..
         } => {
             let n = outward.as_vec3();
-            let ng = if inward { -n } else { n };
-            Surface {
-                p: p32,
-                error: magnitude(center, radius),
-                ng,
-                ns: ng,
-                uv: sphere_uv(to_object * n),
-            }
+            (if inward { -n } else { n }, sphere_uv(to_object * n))
         }
         Quadric::Disk {
             center,
@@ -250,14 +269,19 @@ pub fn quadric_at(q: &Quadric, near: DVec3) -> Surface {
             let r = (p - center.as_dvec3()).as_vec3();
             let bitangent = normal.cross(tangent);
             let (x, y) = (r.dot(tangent), r.dot(bitangent));
-            Surface {
-                p: p32,
-                error: magnitude(center, radius),
-                ng: normal,
-                ns: normal,
-                uv: Vec2::new(angle(x, y) / TAU, 1.0 - r.length() / radius),
-            }
+            (
+                normal,
+                Vec2::new(angle(x, y) / TAU, 1.0 - r.length() / radius),
+            )
         }
+    };
+    Surface {
+        p: p.as_vec3(),
+        error: quadric_error(q),
+        ng,
+        ns: ng,
+        uv,
+        at: uv,
     }
 }
 

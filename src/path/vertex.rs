@@ -2,7 +2,7 @@
 
 use super::Emitters;
 use super::palette::{Palette, emission};
-use crate::accel::surface::facets;
+use crate::accel::surface::{facets, uv_again};
 use crate::accel::{Surface, dpdu};
 use crate::scatter::{Bsdf, Frame, shade};
 use crate::scene::spectrum::{Lanes, Spectrum};
@@ -40,8 +40,10 @@ pub struct Vertex<const N: usize> {
     pub light: u32,
     /// Material index, or [`NONE`].
     pub material: u32,
-    /// Texture coordinates.
-    pub uv: Vec2,
+    /// Primitive of a surface point, or [`NONE`].
+    pub prim: u32,
+    /// [`Surface::at`] of a surface point: with the primitive, all that need be kept of it.
+    pub at: Vec2,
     /// Unit shading normal.
     pub ns: Vec3,
     /// First axis of the shading frame, for anisotropic lobes; 0 where any will do.
@@ -64,7 +66,8 @@ impl<const N: usize> Vertex<N> {
             unforeshortened: matches!(kind, Kind::Point | Kind::Infinite) as u8 as f32,
             light,
             material: NONE,
-            uv: Vec2::ZERO,
+            prim: NONE,
+            at: Vec2::ZERO,
             ns: Vec3::ZERO,
             tangent: Vec3::ZERO,
             bsdf: Bsdf::Black,
@@ -97,7 +100,8 @@ impl<const N: usize> Vertex<N> {
         self.kind = Kind::Surface;
         self.unforeshortened = 0.0;
         self.light = light;
-        self.uv = s.uv;
+        self.prim = prim;
+        self.at = s.at;
         self.ns = s.ns;
         self.emission = palette.emission(scene, light);
         let finish = palette.finish(scene, material, s);
@@ -117,7 +121,8 @@ impl<const N: usize> Vertex<N> {
         }
         let mut v = *self;
         if self.kind == Kind::Surface {
-            v.bsdf = shade(scene, self.material, self.uv, lanes);
+            let uv = uv_again(&scene.geometry, self.prim, self.at);
+            v.bsdf = shade(scene, self.material, uv, lanes);
         }
         if self.light != NONE {
             v.emission = emission(scene, self.light, lanes);
