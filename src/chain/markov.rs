@@ -11,15 +11,15 @@ use glam::Vec2;
 pub struct Chain<const N: usize> {
     /// The current path.
     pub x: Path<N>,
-    ws: Workspace<N>,
+    pub(super) ws: Workspace<N>,
     rng: Rng,
-    entries: Option<Entries>,
-    step: u64,
+    pub(super) entries: Option<Entries>,
+    pub(super) step: u64,
     /// Expected-value weight of x not yet splatted, times I0.
-    pending: f64,
-    stay: u64,
+    pub(super) pending: f64,
+    pub(super) stay: u64,
     /// The strategies that suit x; `None` when that is yet to be found out.
-    suited: Option<Suited>,
+    pub(super) suited: Option<Suited>,
     /// Counters.
     pub stats: ChainStats,
 }
@@ -53,7 +53,7 @@ impl<'a, A: Accel> Setting<'a, A> {
 
 /// The strategies that may be chosen at a path, a bit each.
 #[derive(Clone, Copy, Debug)]
-struct Suited(u32);
+pub(super) struct Suited(u32);
 
 impl Suited {
     /// Those of a path. A strategy without a share is never asked.

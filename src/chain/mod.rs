@@ -5,15 +5,20 @@ mod options;
 mod schedule;
 mod seeding;
 mod sink;
+mod state;
+mod state_path;
 mod stats;
+mod sums;
 mod test_image;
 
 pub use markov::{Chain, Setting};
 pub use options::{Direct, MltOptions, Shares};
-pub use schedule::{Generation, Mlt};
+pub use schedule::Mlt;
 pub use seeding::{Batch, Seed, replay, seed_group};
 pub use sink::{Sink, Splat};
-pub use stats::{ChainStats, StrategyStats};
+pub use state::Saved;
+pub use stats::{ChainStats, StrategyStats, read_tally, save_tally};
+pub use sums::{Shape, Sums};
 pub use test_image::TestImage;
 
 /// Names of the random streams: one for each use, so that none ever overlap.

@@ -4,61 +4,50 @@
 //! threads leave no trace in the image.
 
 use super::markov::{Chain, Setting};
-use super::sink::{Buffers, FilmSink, Films};
-use super::{Batch, ChainStats, MltOptions, TestImage, replay, seed_group, stage};
+use super::sink::{Buffers, FilmSink};
+use super::{Batch, ChainStats, MltOptions, Shape, Sums, TestImage, replay, seed_group, stage};
 use crate::accel::Accel;
-use crate::film::{Crop, Filter, GroupFilm, Reserve};
+use crate::film::{Crop, Filter, Reserve, Shards};
 use crate::path::{Sampler, Tally, World};
 use crate::sampling::Rng;
 use crate::scene::spectrum::Target;
 use rayon::prelude::*;
-use std::sync::Mutex;
 
 /// The chains of one generation.
-pub struct Generation<const N: usize> {
+pub(super) struct Generation<const N: usize> {
     /// Number of the generation.
-    pub index: u32,
-    /// Seeding of each group.
-    pub batches: Vec<Batch>,
+    pub(super) index: u32,
+    /// Integral of each group's target in this generation; NaN where no chain of the group runs here.
+    pub(super) targets: Vec<f64>,
     /// Chains, group by group; groups without light have none.
-    chains: Vec<Member<N>>,
+    pub(super) chains: Vec<Member<N>>,
     /// Rounds made.
-    pub rounds: u64,
+    pub(super) rounds: u64,
 }
 
 /// A chain of a group.
-struct Member<const N: usize> {
-    chain: Chain<N>,
-    group: u32,
+pub(super) struct Member<const N: usize> {
+    pub(super) chain: Chain<N>,
+    pub(super) group: u32,
+    /// Its number in the group.
+    pub(super) number: u32,
     /// Integral of the group's target in this generation.
-    b: f64,
+    pub(super) b: f64,
 }
 
 /// A group's seeding: its batch, its chains, rays and faults.
-type Seeded<const N: usize> = (Batch, Vec<Member<N>>, Tally);
+type Seeded<const N: usize> = (Option<Batch>, Vec<Member<N>>, Tally);
 
 /// A run of Metropolis light transport that can go on for any number of rounds.
 pub struct Mlt<'a, A: Accel, const N: usize> {
-    world: &'a World<'a, A>,
-    options: MltOptions,
-    test_image: Option<TestImage>,
-    seed: u64,
-    crop: Crop,
+    pub(super) world: &'a World<'a, A>,
+    pub(super) options: MltOptions,
+    pub(super) test_image: Option<TestImage>,
+    pub(super) seed: u64,
     filter: Filter,
-    film: Mutex<Films>,
-    groups: GroupFilm,
+    pub(super) sums: Sums,
     idle: Reserve<Buffers>,
-    generation: Option<Generation<N>>,
-    /// b_g of every group and generation so far.
-    pub b: Vec<Vec<f64>>,
-    /// Splats are divided by this power of two, near b of the first generation.
-    unit: f64,
-    /// Rounds made in all generations.
-    pub rounds: u64,
-    /// Counters of finished generations and of seeding.
-    stats: ChainStats,
-    /// Rays and faults of seeding.
-    pub seeding: Tally,
+    pub(super) generation: Option<Generation<N>>,
 }
 
 impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
@@ -69,24 +58,24 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
             options.bins.is_none() || world.target == Target::Bins,
             "spectral bins need their target"
         );
-        let crop = Crop::from(world.scene.camera.crop);
+        let shape = Shape::new(Crop::from(world.scene.camera.crop), &options);
         Self {
             world,
             options,
             test_image: None,
             seed,
-            crop,
             filter: Filter::new(&world.scene.settings.filter),
-            film: Mutex::new(Films::new(crop, &options)),
-            groups: GroupFilm::new(crop, options.groups as usize),
+            sums: Sums::new(shape, Shards::default()),
             idle: Reserve::new(),
             generation: None,
-            b: Vec::new(),
-            unit: 1.0,
-            rounds: 0,
-            stats: ChainStats::default(),
-            seeding: Tally::default(),
         }
+    }
+
+    /// Only the chains of some parts of the work; before the first round.
+    pub fn with_shards(mut self, shards: Shards) -> Self {
+        assert!(self.generation.is_none(), "chains have begun");
+        self.sums.shards = shards;
+        self
     }
 
     /// The same with a target divided by I0; before the first round.
@@ -113,11 +102,19 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
                 options: &self.options,
                 test_image: self.test_image.as_ref(),
             };
-            let (film, groups, idle, unit) = (&self.film, &self.groups, &self.idle, self.unit);
-            let (crop, filter) = (self.crop, &self.filter);
-            g.chains
-                .par_iter_mut()
-                .for_each(|Member { chain, group, b }| {
+            let (idle, filter) = (&self.idle, &self.filter);
+            let Sums {
+                shape,
+                film,
+                groups,
+                unit,
+                ..
+            } = &self.sums;
+            let crop = shape.crop;
+            g.chains.par_iter_mut().for_each(
+                |Member {
+                     chain, group, b, ..
+                 }| {
                     let mut buffers = idle.take_fitting(
                         |idle| idle.serve(*group),
                         || Buffers::new(crop, filter, set.options.bins),
@@ -139,19 +136,22 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
                     let (buffers, faults) = sink.finish();
                     chain.stats.tally += faults;
                     idle.put(buffers);
-                });
+                },
+            );
             g.rounds += now;
-            self.rounds += now;
+            self.sums.rounds += now;
             rounds -= now;
         }
     }
 
     fn begin_generation(&mut self) {
-        let index = self.b.len() as u32;
+        let index = self.sums.b.len() as u32;
         if let Some(g) = self.generation.take() {
-            g.chains.iter().for_each(|m| self.stats += m.chain.stats);
+            g.chains
+                .iter()
+                .for_each(|m| self.sums.stats += m.chain.stats);
         }
-        let (world, options, seed) = (self.world, &self.options, self.seed);
+        let (world, options, seed, sums) = (self.world, &self.options, self.seed, &self.sums);
         let set = Setting {
             world,
             options,
@@ -161,13 +161,19 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
             .into_par_iter()
             .map(|group| {
                 let mut tally = Tally::default();
+                let here = |c: u32| sums.has(group, c);
+                // The unit of the film comes of the first generation of all groups.
+                if index > 0 && !(0..options.chains).any(here) {
+                    return (None, Vec::new(), tally);
+                }
                 let batch = seed_group::<N, A>(&set, seed, index, group, &mut tally);
                 let mut sampler = Sampler::new(world.max_edges);
                 let chains = batch
                     .seeds
                     .iter()
-                    .enumerate()
-                    .filter_map(|(c, s)| {
+                    .zip(0..)
+                    .filter(|(_, c)| here(*c))
+                    .filter_map(|(s, c)| {
                         if !replay(
                             world,
                             options,
@@ -181,38 +187,39 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
                             tally.fault(crate::path::Fault::ZeroDensity);
                             return None;
                         }
-                        let id = index * options.chains + c as u32;
-                        let mut chain =
-                            Chain::new(world.max_edges, Rng::new(seed, stage::CHAIN, group, id));
-                        let entries = options.entries(&world.lens, seed, index, group, c as u32);
-                        if let Some(e) = entries {
-                            chain.stratify(e);
-                        }
+                        let mut chain = idle_chain(world, options, seed, (index, group, c));
                         let (path, pool) = sampler.joined();
                         chain.start(path, pool);
-                        let b = batch.target;
-                        Some(Member { chain, group, b })
+                        Some(Member {
+                            chain,
+                            group,
+                            number: c,
+                            b: batch.target,
+                        })
                     })
                     .collect();
-                (batch, chains, tally)
+                (Some(batch), chains, tally)
             })
             .collect();
         let mut generation = Generation {
             index,
-            batches: Vec::new(),
+            targets: Vec::new(),
             chains: Vec::new(),
             rounds: 0,
         };
+        let mut b = Vec::new();
         for (batch, chains, tally) in seeded {
-            self.seeding += tally;
-            generation.batches.push(batch);
+            self.sums.seeding += tally;
+            b.push(batch.as_ref().map_or(f64::NAN, |b| b.b));
+            generation
+                .targets
+                .push(batch.map_or(f64::NAN, |b| b.target));
             generation.chains.extend(chains);
         }
-        self.b
-            .push(generation.batches.iter().map(|b| b.b).collect());
+        self.sums.b.push(b);
         if index == 0 {
-            let b = self.brightness().0;
-            self.unit = if b > 0.0 {
+            let b = self.sums.brightness().0;
+            self.sums.unit = if b > 0.0 {
                 2f64.powi(b.log2().round() as i32)
             } else {
                 1.0
@@ -221,73 +228,53 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
         self.generation = Some(generation);
     }
 
-    /// b, the integral of τ over the chain's paths and the raster domain (px²), and its standard error over the groups.
-    pub fn brightness(&self) -> (f64, f64) {
-        let g = self.options.groups as usize;
-        let each: Vec<f64> = (0..g)
-            .map(|i| self.b.iter().map(|b| b[i]).sum::<f64>() / self.b.len().max(1) as f64)
-            .collect();
-        let mean = each.iter().sum::<f64>() / g as f64;
-        let var = each.iter().map(|b| (b - mean).powi(2)).sum::<f64>() / (g.max(2) - 1) as f64;
-        (mean, (var / g as f64).sqrt())
+    /// The scene.
+    pub fn world(&self) -> &'a World<'a, A> {
+        self.world
     }
 
-    /// Mutations made, failed ones counted.
-    pub fn mutations(&self) -> u64 {
-        self.rounds * self.options.mutations_per_round()
+    /// Rounds made in all generations.
+    pub fn rounds(&self) -> u64 {
+        self.sums.rounds
+    }
+
+    /// The sums, with those of all threads in them.
+    pub fn sums(&mut self) -> &mut Sums {
+        let sums = &mut self.sums;
+        for mut buffers in self.idle.drain() {
+            buffers.settle(&sums.groups);
+            sums.films().absorb(&mut buffers);
+            self.idle.put(buffers);
+        }
+        sums
     }
 
     /// XYZ of each pixel of the crop.
     pub fn image(&mut self) -> Vec<[f64; 3]> {
-        let scale = self.scale();
-        self.gathered().colors.to_xyz(scale)
-    }
-
-    /// Radiance per nm, `[pixel · bins + bin]`, if the run fills bins.
-    pub fn spectrum(&mut self) -> Option<Vec<f32>> {
-        let scale = self.scale();
-        let film = &self.gathered().spectra;
-        film.as_ref().map(|f| f.to_values(scale))
-    }
-
-    /// Variance of each pixel's luminance, from the spread of the groups; the error of b is in it.
-    pub fn variance(&mut self) -> Vec<f64> {
-        self.gathered();
-        let scale = self.scale() * self.options.groups as f64;
-        self.groups.variance(scale)
-    }
-
-    /// Degrees of freedom of [`Self::variance`].
-    pub fn freedom(&self) -> u64 {
-        self.options.groups.saturating_sub(1) as u64
-    }
-
-    /// What a unit of the film is worth.
-    fn scale(&self) -> f64 {
-        if self.rounds == 0 {
-            0.0
-        } else {
-            self.unit / self.mutations() as f64
-        }
-    }
-
-    /// The film with all threads' sums in it.
-    fn gathered(&mut self) -> &Films {
-        let film = self.film.get_mut().expect("no thread panicked");
-        for mut buffers in self.idle.drain() {
-            buffers.settle(&self.groups);
-            film.absorb(&mut buffers);
-            self.idle.put(buffers);
-        }
-        film
+        self.sums().image()
     }
 
     /// Counters of all chains.
     pub fn stats(&self) -> ChainStats {
-        let mut s = self.stats;
+        let mut s = self.sums.stats;
         if let Some(g) = &self.generation {
             g.chains.iter().for_each(|m| s += m.chain.stats);
         }
         s
     }
+}
+
+/// Chain number `c` of a group in a generation, before it has a path.
+pub(super) fn idle_chain<const N: usize, A: Accel>(
+    world: &World<A>,
+    options: &MltOptions,
+    seed: u64,
+    (index, group, c): (u32, u32, u32),
+) -> Chain<N> {
+    let id = index * options.chains + c;
+    let mut chain = Chain::new(world.max_edges, Rng::new(seed, stage::CHAIN, group, id));
+    if let Some(e) = options.entries(&world.lens, seed, index, group, c) {
+        chain.stratify(e);
+    }
+    chain
 }

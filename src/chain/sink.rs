@@ -1,7 +1,7 @@
 //! Where a chain's contributions go: colours always, spectral bins when the run asks for them.
 
-use super::MltOptions;
-use crate::film::{Bins, Crop, Film, Filter, GroupFilm, SpectralBuffer, SpectralFilm, SplatBuffer};
+use crate::film::{Bins, Crop, Film, Filter, GroupFilm, Malformed, Reader};
+use crate::film::{SpectralBuffer, SpectralFilm, SplatBuffer};
 use crate::path::{Path, Tally};
 use glam::Vec2;
 
@@ -51,10 +51,25 @@ pub(super) struct Films {
 }
 
 impl Films {
-    pub(super) fn new(crop: Crop, options: &MltOptions) -> Self {
+    pub(super) fn new(crop: Crop, bins: Option<Bins>) -> Self {
         Self {
             colors: Film::new(crop),
-            spectra: options.bins.map(|b| SpectralFilm::new(crop, b)),
+            spectra: bins.map(|b| SpectralFilm::new(crop, b)),
+        }
+    }
+
+    /// Those of a file.
+    pub(super) fn read(r: &mut Reader, crop: Crop, bins: Option<Bins>) -> Result<Self, Malformed> {
+        let colors = Film::read(r, crop)?;
+        let spectra = bins.map(|b| SpectralFilm::read(r, crop, b)).transpose()?;
+        Ok(Self { colors, spectra })
+    }
+
+    /// Adds other sums of the same image.
+    pub(super) fn merge(&mut self, other: &Self) {
+        self.colors.merge(&other.colors);
+        if let (Some(a), Some(b)) = (&mut self.spectra, &other.spectra) {
+            a.merge(b);
         }
     }
 

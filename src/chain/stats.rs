@@ -1,8 +1,9 @@
 //! What the chains did.
 
-use crate::film;
+use crate::film::{self, Malformed, Reader, Writer};
 use crate::mutation::Strategy;
 use crate::path::{Fault, Tally};
+use std::io;
 use std::ops::AddAssign;
 
 /// One strategy's record.
@@ -32,6 +33,54 @@ impl ChainStats {
     pub fn steps(&self) -> u64 {
         self.strategies.iter().map(|s| s.proposed).sum()
     }
+
+    /// Writes the counters.
+    pub fn save(&self, w: &mut Writer) -> io::Result<()> {
+        for s in self.strategies {
+            for v in [s.proposed, s.constructed, s.accepted] {
+                w.u64(v)?;
+            }
+        }
+        save_tally(w, &self.tally)?;
+        w.u64(self.longest_stay)
+    }
+
+    /// What [`Self::save`] wrote.
+    pub fn read(r: &mut Reader) -> Result<Self, Malformed> {
+        let mut all = Self::default();
+        for s in &mut all.strategies {
+            for v in [&mut s.proposed, &mut s.constructed, &mut s.accepted] {
+                *v = counter(r)?;
+            }
+        }
+        all.tally = read_tally(r)?;
+        all.longest_stay = counter(r)?;
+        Ok(all)
+    }
+}
+
+/// Most that a counter read of a file may have reached, so that the counters of many files can be added.
+const MOST: u64 = 1 << 60;
+
+fn counter(r: &mut Reader) -> Result<u64, Malformed> {
+    match r.u64()? {
+        v if v <= MOST => Ok(v),
+        v => Err(Malformed(format!("counts up to {v}"))),
+    }
+}
+
+/// Writes the counters of a tally.
+pub fn save_tally(w: &mut Writer, tally: &Tally) -> io::Result<()> {
+    tally.words().into_iter().try_for_each(|v| w.u64(v))
+}
+
+/// What [`save_tally`] wrote.
+pub fn read_tally(r: &mut Reader) -> Result<Tally, Malformed> {
+    let mut words = [0; 7];
+    for v in &mut words {
+        *v = counter(r)?;
+    }
+    Ok(Tally::of_words(words))
 }
 
 impl AddAssign for ChainStats {

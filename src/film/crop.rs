@@ -1,6 +1,8 @@
 //! The pixel rectangle a film covers.
 
+use super::{Malformed, Reader, Writer};
 use glam::Vec2;
+use std::io;
 
 /// A half-open rectangle of pixels of the full image; pixel (x, y) covers `[x, x+1) × [y, y+1)` of the raster.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,6 +67,24 @@ impl Crop {
             cy as usize * self.width() + lo as usize,
             (hi - lo) as usize,
         )
+    }
+
+    /// Writes the corners.
+    pub fn save(&self, w: &mut Writer) -> io::Result<()> {
+        [self.x0, self.y0, self.x1, self.y1]
+            .into_iter()
+            .try_for_each(|v| w.u32(v))
+    }
+
+    /// What [`Self::save`] wrote: not empty.
+    pub fn read(r: &mut Reader) -> Result<Self, Malformed> {
+        let [x0, y0, x1, y1] = [r.u32()?, r.u32()?, r.u32()?, r.u32()?];
+        // A film is indexed by 32 bits.
+        let pixels = (x1.saturating_sub(x0) as u64).checked_mul(y1.saturating_sub(y0) as u64);
+        if !pixels.is_some_and(|n| n > 0 && n <= u32::MAX as u64) {
+            return Err(Malformed(format!("claims pixels {x0},{y0} to {x1},{y1}")));
+        }
+        Ok(Self { x0, y0, x1, y1 })
     }
 
     /// The raster domain: lower and upper corner of the crop dilated by a filter's radius. Every point that can touch a

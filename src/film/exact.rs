@@ -1,7 +1,8 @@
 //! Exact sums: 128-bit fixed point per pixel and channel, so any order of additions gives the same bits.
 
-use super::{Crop, Filter, SplatBuffer};
+use super::{Crop, Filter, Malformed, Reader, SplatBuffer, Writer};
 use glam::Vec2;
+use std::io;
 
 /// Units of the film's integers: 2⁶⁴ of them make 1.
 const ONE: f64 = 18_446_744_073_709_551_616.0;
@@ -114,7 +115,7 @@ impl Film {
         assert_eq!(self.crop, other.crop, "films cover the same pixels");
         for (a, b) in self.sums.iter_mut().zip(&other.sums) {
             for c in 0..3 {
-                a[c] += b[c];
+                a[c] = a[c].wrapping_add(b[c]);
             }
         }
     }
@@ -130,14 +131,24 @@ impl Film {
         std::array::from_fn(|c| self.sums.iter().map(|p| p[c]).sum::<i128>() as f64 / ONE)
     }
 
-    /// The raw integers in units of 2⁻⁶⁴, row-major: for checkpoints and merging of shards.
-    pub fn raw(&self) -> &[[i128; 3]] {
-        &self.sums
+    /// Writes the sums.
+    pub fn save(&self, w: &mut Writer) -> io::Result<()> {
+        w.integers(self.sums.iter().flatten().copied())
     }
 
-    /// The raw integers, to restore a checkpoint.
-    pub fn raw_mut(&mut self) -> &mut [[i128; 3]] {
-        &mut self.sums
+    /// A film whose sums [`Self::save`] wrote.
+    pub fn read(r: &mut Reader, crop: Crop) -> Result<Self, Malformed> {
+        let mut all = r.integers(3 * crop.pixels())?;
+        let mut film = Self::new(crop);
+        for s in film.sums.iter_mut().flatten() {
+            *s = all.next().expect("as many as asked for");
+        }
+        Ok(film)
+    }
+
+    /// The raw integers in units of 2⁻⁶⁴, row-major.
+    pub fn raw(&self) -> &[[i128; 3]] {
+        &self.sums
     }
 }
 

@@ -4,7 +4,8 @@
 //! sums and holds the error of b. A thread's [`SplatBuffer`] serves one group at a time; at a change of group it hands
 //! over what its Y has grown by. Integers, so it does not matter when that happens or which thread does it.
 
-use super::{Crop, SplatBuffer};
+use super::{Crop, Malformed, Reader, SplatBuffer, Writer};
+use std::io;
 use std::sync::{Mutex, PoisonError};
 
 /// Units of a sum: those of [`SplatBuffer`], 2⁻³².
@@ -44,6 +45,20 @@ impl Sums {
             Self::Wide(v) => v[pixel],
         }
     }
+
+    fn all(&self) -> impl Iterator<Item = i128> + Clone {
+        let (narrow, wide): (&[i64], &[i128]) = match self {
+            Self::Narrow(v) => (v, &[]),
+            Self::Wide(v) => (&[], v),
+        };
+        let narrow = narrow.iter().map(|&v| v as i128);
+        narrow.chain(wide.iter().copied())
+    }
+
+    fn of(all: impl Iterator<Item = i128> + Clone) -> Self {
+        let narrow: Result<Vec<i64>, _> = all.clone().map(i64::try_from).collect();
+        narrow.map_or_else(|_| Self::Wide(all.collect()), Self::Narrow)
+    }
 }
 
 impl GroupFilm {
@@ -75,6 +90,65 @@ impl GroupFilm {
         buffer.settle(|i, grown| sums.add(i, grown));
     }
 
+    /// Writes the sums.
+    pub fn save(&self, w: &mut Writer) -> io::Result<()> {
+        for g in &self.groups {
+            let sums = g.lock().unwrap_or_else(PoisonError::into_inner);
+            w.integers(sums.all())?;
+        }
+        Ok(())
+    }
+
+    /// Sums that [`Self::save`] wrote.
+    pub fn read(r: &mut Reader, crop: Crop, groups: usize) -> Result<Self, Malformed> {
+        let group = |r: &mut Reader| -> Result<_, Malformed> {
+            let all: Vec<i128> = r.integers(crop.pixels())?.collect();
+            Ok(Mutex::new(Sums::of(all.into_iter())))
+        };
+        Ok(Self {
+            crop,
+            groups: (0..groups).map(|_| group(r)).collect::<Result<_, _>>()?,
+        })
+    }
+
+    /// Adds the sums of other chains of the same groups.
+    pub fn merge(&mut self, other: &Self) {
+        assert_eq!((self.crop, self.groups()), (other.crop, other.groups()));
+        for (a, b) in self.groups.iter_mut().zip(&other.groups) {
+            let a = a.get_mut().unwrap_or_else(PoisonError::into_inner);
+            let b = b.lock().unwrap_or_else(PoisonError::into_inner);
+            let both = a.all().zip(b.all());
+            *a = Sums::of(both.map(|(a, b)| a.wrapping_add(b)));
+        }
+    }
+
+    /// As [`Self::variance`], where group g has `counts[g]` of the chains that the image is the mean over, and a chain's
+    /// estimate is its sum times `scale`. Groups of fewer chains count for less.
+    pub fn variance_of_some(&mut self, counts: &[u32], scale: f64) -> Vec<f64> {
+        let all = counts.iter().sum::<u32>() as f64;
+        let present = counts.iter().filter(|c| **c > 0).count() as f64;
+        if present < 2.0 {
+            return vec![f64::INFINITY; self.crop.pixels()];
+        }
+        let sums = self.groups.iter_mut().zip(counts).filter(|(_, c)| **c > 0);
+        let sums: Vec<(&Sums, f64)> = sums
+            .map(|(s, c)| {
+                let s = &*s.get_mut().unwrap_or_else(PoisonError::into_inner);
+                (s, *c as f64)
+            })
+            .collect();
+        let k = scale / ONE / all;
+        (0..self.crop.pixels())
+            .map(|i| {
+                // Each group's part of the image, and its part of the mean.
+                let parts = sums.iter().map(|(s, c)| (s.get(i) as f64 * k, c / all));
+                let mean: f64 = parts.clone().map(|p| p.0).sum();
+                let squares: f64 = parts.map(|(part, w)| (part - w * mean).powi(2)).sum();
+                squares * present / (present - 1.0)
+            })
+            .collect()
+    }
+
     /// Variance of the mean over the groups, of each pixel: Σ(S_g − S̄)²/(G − 1)/G with G − 1 degrees of freedom, where
     /// a group's estimate is its sum times `scale`. Infinite for a single group, which says nothing of its error.
     pub fn variance(&mut self, scale: f64) -> Vec<f64> {
@@ -91,10 +165,11 @@ impl GroupFilm {
         let k = scale / ONE / g as f64;
         (0..self.crop.pixels())
             .map(|i| {
-                let total: i128 = sums.iter().map(|s| s.get(i)).sum();
+                let total = sums.iter().fold(0i128, |t, s| t.wrapping_add(s.get(i)));
                 let squares: f64 = sums
                     .iter()
-                    .map(|s| ((s.get(i) * g as i128 - total) as f64 * k).powi(2))
+                    .map(|s| s.get(i).wrapping_mul(g as i128).wrapping_sub(total))
+                    .map(|d| (d as f64 * k).powi(2))
                     .sum();
                 squares / ((g - 1) * g) as f64
             })
@@ -174,6 +249,12 @@ mod tests {
         let v = film.variance(2.0);
         assert!((v[0] - 5.0 / 3.0).abs() < 1e-15 && v[1] == 0.0, "{v:?}");
         assert_eq!(GroupFilm::new(crop, 1).variance(1.0)[0], f64::INFINITY);
+        // Four groups of as many chains; then without the last one: sums 1, 2, 3 of three chains.
+        let some = film.variance_of_some(&[1; 4], 2.0 * 4.0);
+        assert!((some[0] - 5.0 / 3.0 * 16.0).abs() < 1e-13, "{some:?}");
+        film.groups[3] = Mutex::new(Sums::Narrow(vec![0, 0]));
+        let some = film.variance_of_some(&[1, 1, 1, 0], 1.0);
+        assert!((some[0] - 1.0 / 3.0).abs() < 1e-15, "{some:?}");
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! Spectral bins: radiance per nm in equal slices of 360–830 nm, with the same exact sums as [`super::Film`].
 
-use super::{Crop, Fault, Filter, exact};
+use super::{Crop, Fault, Filter, Malformed, Reader, Writer, exact};
 use glam::Vec2;
+use std::io;
 
 /// First and last wavelength of the simulation, nm.
 const RANGE: [f64; 2] = [360.0, 830.0];
@@ -104,8 +105,19 @@ impl SpectralFilm {
     pub fn merge(&mut self, other: &Self) {
         assert_eq!((self.crop, self.bins), (other.crop, other.bins));
         for (a, b) in self.sums.iter_mut().zip(&other.sums) {
-            *a += b;
+            *a = a.wrapping_add(*b);
         }
+    }
+
+    /// Writes the sums.
+    pub fn save(&self, w: &mut Writer) -> io::Result<()> {
+        w.integers(self.sums.iter().copied())
+    }
+
+    /// A film whose sums [`Self::save`] wrote.
+    pub fn read(r: &mut Reader, crop: Crop, bins: Bins) -> Result<Self, Malformed> {
+        let sums = r.integers(crop.pixels() * bins.count)?.collect();
+        Ok(Self { crop, bins, sums })
     }
 
     /// Adds `value · h / width` to a wavelength's bin of every pixel whose filter covers the raster point.

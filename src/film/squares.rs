@@ -3,18 +3,59 @@
 //! Sample m splats L_mi onto pixel i. With M samples the image is Σ_m L_mi/M and its variance
 //! (Σ_m L²_mi/M − (Σ_m L_mi/M)²)/M: the splats of one sample are added before they are squared.
 
-use super::{Crop, Filter};
+use super::{Crop, Filter, Malformed, Reader, Writer};
 use glam::Vec2;
+use std::io;
 
 /// Units of a sum: 2⁴⁰ of them make 1. A splat is below 2⁴⁰, its square below 2⁸⁰, so 2⁷ of the very largest fit.
 const ONE: f64 = 1_099_511_627_776.0;
 
-/// A thread's sums of squares. Exact in any order: integers that never wrap.
+/// Exact sums of squares, in any order: integers that never wrap.
+#[derive(Clone, Debug)]
+pub struct Squares {
+    crop: Crop,
+    sums: Vec<i128>,
+}
+
+impl Squares {
+    /// All 0.
+    pub fn new(crop: Crop) -> Self {
+        let sums = vec![0; crop.pixels()];
+        Self { crop, sums }
+    }
+
+    /// Adds other sums.
+    pub fn merge(&mut self, other: &Self) {
+        assert_eq!(self.crop, other.crop, "sums cover the same pixels");
+        for (a, b) in self.sums.iter_mut().zip(&other.sums) {
+            *a = a.saturating_add(*b);
+        }
+    }
+
+    /// Variance of the mean over `samples` of them, of each pixel; `means` are the pixels' mean luminances.
+    pub fn variance(&self, samples: f64, means: impl Iterator<Item = f64>) -> Vec<f64> {
+        let each = self.sums.iter().zip(means);
+        each.map(|(&s, m)| ((s as f64 / ONE / samples - m * m) / (samples - 1.0).max(1.0)).max(0.0))
+            .collect()
+    }
+
+    /// Writes the sums.
+    pub fn save(&self, w: &mut Writer) -> io::Result<()> {
+        w.integers(self.sums.iter().copied())
+    }
+
+    /// Sums that [`Self::save`] wrote.
+    pub fn read(r: &mut Reader, crop: Crop) -> Result<Self, Malformed> {
+        let sums = r.integers(crop.pixels())?.collect();
+        Ok(Self { crop, sums })
+    }
+}
+
+/// A thread's sums of squares.
 #[derive(Clone, Debug)]
 pub struct SquareBuffer {
-    crop: Crop,
     filter: Filter,
-    sums: Vec<i128>,
+    squares: Squares,
     /// What the sample in hand gives: pixel, luminance.
     open: Vec<(u32, f64)>,
 }
@@ -23,19 +64,16 @@ impl SquareBuffer {
     /// All 0.
     pub fn new(crop: Crop, filter: Filter) -> Self {
         Self {
-            crop,
             filter,
-            sums: vec![0; crop.pixels()],
+            squares: Squares::new(crop),
             open: Vec::new(),
         }
     }
 
     /// A splat of luminance `y`, one that [`super::WideBuffer::splat`] took.
     pub fn splat(&mut self, raster: Vec2, y: f64) {
-        let Self {
-            crop, filter, open, ..
-        } = self;
-        filter.for_pixels(raster, |px, py, h| {
+        let (crop, open) = (self.squares.crop, &mut self.open);
+        self.filter.for_pixels(raster, |px, py, h| {
             if let Some(i) = crop.index(px, py) {
                 open.push((i as u32, y * h as f64));
             }
@@ -50,25 +88,15 @@ impl SquareBuffer {
         }
         for one in self.open.chunk_by(|a, b| a.0 == b.0) {
             let y: f64 = one.iter().map(|s| s.1).sum();
-            let sum = &mut self.sums[one[0].0 as usize];
+            let sum = &mut self.squares.sums[one[0].0 as usize];
             *sum = sum.saturating_add((y * y * ONE).round_ties_even() as i128);
         }
         self.open.clear();
     }
 
-    /// Adds another thread's sums.
-    pub fn merge(&mut self, other: &Self) {
-        assert_eq!(self.crop, other.crop, "buffers cover the same pixels");
-        for (a, b) in self.sums.iter_mut().zip(&other.sums) {
-            *a = a.saturating_add(*b);
-        }
-    }
-
-    /// Variance of the mean over `samples` of them, of each pixel; `means` are the pixels' mean luminances.
-    pub fn variance(&self, samples: f64, means: impl Iterator<Item = f64>) -> Vec<f64> {
-        let each = self.sums.iter().zip(means);
-        each.map(|(&s, m)| ((s as f64 / ONE / samples - m * m) / (samples - 1.0).max(1.0)).max(0.0))
-            .collect()
+    /// What it has added up.
+    pub fn squares(&self) -> &Squares {
+        &self.squares
     }
 }
 
@@ -92,11 +120,11 @@ mod tests {
         b.close();
         b.close();
         let mut other = b.clone();
-        other.sums.fill(0);
+        other.squares.sums.fill(0);
         other.splat(left, 1.0);
         other.close();
-        b.merge(&other);
-        let v = b.variance(3.0, [4.0 / 3.0, 5.0 / 3.0].into_iter());
+        b.squares.merge(&other.squares);
+        let v = b.squares.variance(3.0, [4.0 / 3.0, 5.0 / 3.0].into_iter());
         // Sample variances 7/3 and 25/3, over 3 samples.
         assert!((v[0] - 7.0 / 9.0).abs() < 1e-11, "{v:?}");
         assert!((v[1] - 25.0 / 9.0).abs() < 1e-11, "{v:?}");

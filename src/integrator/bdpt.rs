@@ -1,12 +1,12 @@
 //! Bidirectional path tracing: all strategies (s,t), light tracing included, joined by MIS (Veach chapter 10).
 
-use super::camera_pass::CameraPass;
-use super::target::Looks;
-use super::{Budget, Clock, FIRST_LOOK, Progress, Rendered, Stop};
+use super::keeper::unkept;
+use super::light_sums::{Buffers, LightSums};
+use super::sample::{Sampling, sample};
+use super::{Budget, CameraPass, Keeper, Nobody, Progress, Rendered, Stop};
 use crate::accel::Accel;
-use crate::chain::stage;
-use crate::film::{Bins, Crop, Film, Filter, PixelErrors, Reserve};
-use crate::film::{SpectralFilm, SquareBuffer, WideBuffer, WideSpectralBuffer};
+use crate::film::{Bins, Crop, Filter, Malformed, Reserve};
+use crate::film::{SquareBuffer, WideBuffer, WideSpectralBuffer};
 use crate::path::{Heuristic, Joined, Sampler, Tally, World};
 use std::sync::Mutex;
 
@@ -32,39 +32,43 @@ pub fn bdpt<const N: usize, A: Accel>(
     (r.image, r.samples)
 }
 
-/// A thread's light-tracing splats.
-type Buffers = (WideBuffer, SquareBuffer, Option<WideSpectralBuffer>);
-
 /// As [`bdpt`], with spectral bins.
 pub fn bdpt_bins<const N: usize, A: Accel>(
     world: &World<A>,
-    what: Bdpt,
+    how: Bdpt,
     bins: Option<Bins>,
     stop: impl Into<Stop>,
     seed: u64,
     progress: &dyn Progress,
     tally: &mut Tally,
 ) -> Rendered {
-    let mut pass = CameraPass::new(world, bins, stage::CAMERA, seed);
+    let what = Sampling {
+        world,
+        bins,
+        stop: stop.into(),
+        seed,
+    };
+    unkept(bdpt_kept::<N, A>(what, how, progress, tally, &mut Nobody))
+}
+
+/// As [`bdpt_bins`], with somebody who may stop it and go on with it.
+///
+/// # Errors
+/// A state to go on from that is of another run.
+pub fn bdpt_kept<const N: usize, A: Accel>(
+    what: Sampling<A>,
+    how: Bdpt,
+    progress: &dyn Progress,
+    tally: &mut Tally,
+    keeper: &mut dyn Keeper,
+) -> Result<Rendered, Malformed> {
+    let (world, bins) = (what.world, what.bins);
     let crop = Crop::from(world.scene.camera.crop);
     let filter = Filter::new(&world.scene.settings.filter);
-    let idle = Reserve::new();
-    let stop = stop.into();
-    let clock = Clock::new(stop.budget, |n| n.ceil().max(1.0) as u64);
-    let mut looks = Looks::new(stop.target_error, FIRST_LOOK);
-    let mut film = Film::new(crop);
-    let mut spectra = bins.map(|b| SpectralFilm::new(crop, b));
-    let mut squares = SquareBuffer::new(crop, filter.clone());
+    let idle: Reserve<Buffers> = Reserve::new();
     let inv_area = 1.0 / world.lens.raster_area;
-    let total = Mutex::new(Tally::default());
-    let mut target_met = false;
-    while !target_met {
-        let done = pass.samples as u64;
-        let more = looks.until_next(done, clock.next(done, 16));
-        if more == 0 {
-            break;
-        }
-        let until = pass.samples + more as f64;
+    let add = |pass: &mut CameraPass, until: f64, tally: &mut Tally| {
+        let total = Mutex::new(Tally::default());
         pass.run::<N, (Sampler<N>, Tally, Buffers)>(
             until,
             || {
@@ -82,8 +86,8 @@ pub fn bdpt_bins<const N: usize, A: Accel>(
                 sampler.sample(world, &s.lanes, s.raster, rng, tally);
                 sampler.join(
                     world,
-                    what.heuristic,
-                    what.indirect_only,
+                    how.heuristic,
+                    how.indirect_only,
                     tally,
                     |j, tally| {
                         let xyz = j.path.color().map(|c| c as f64 * j.weight);
@@ -113,71 +117,12 @@ pub fn bdpt_bins<const N: usize, A: Accel>(
                 *total.lock().expect("no thread panicked") += t;
             },
         );
-        let done = pass.samples as u64;
-        target_met = looks.met(done, || {
-            gather(&idle, &mut film, &mut squares, &mut spectra);
-            let (image, errors) = joined(&pass, &film, &squares);
-            errors.summary(&image)
-        });
-        progress.update(clock.fraction(done).max(looks.fraction(done)));
-    }
-    *tally += *total.lock().expect("no thread panicked");
-    gather(&idle, &mut film, &mut squares, &mut spectra);
-    let (image, errors) = joined(&pass, &film, &squares);
-    let mut spectrum = pass.spectrum();
-    if let (Some(sums), Some(film)) = (&mut spectrum, spectra) {
-        let scale = light_samples(&pass).recip();
-        for (a, b) in sums.iter_mut().zip(film.to_values(scale)) {
-            *a += b as f64;
-        }
-    }
-    Rendered {
-        image,
-        spectrum,
-        samples: pass.samples as u64,
-        errors,
-        target_met,
-    }
-}
-
-/// Light sub-paths: every camera sample also traced one towards the whole image.
-fn light_samples(pass: &CameraPass) -> f64 {
-    (pass.samples as u64).max(1) as f64 * pass.sums.len() as f64
-}
-
-/// Adds all threads' splats to the sums.
-fn gather(
-    idle: &Reserve<Buffers>,
-    film: &mut Film,
-    squares: &mut SquareBuffer,
-    spectra: &mut Option<SpectralFilm>,
-) {
-    for (mut colors, square, spectral) in idle.drain() {
-        film.absorb_wide(&mut colors);
-        squares.merge(&square);
-        if let (Some(f), Some(mut b)) = (spectra.as_mut(), spectral) {
-            f.absorb_wide(&mut b);
-        }
-    }
-}
-
-/// Camera samples and splats as one image. What a sample gives its own pixel from both sides is taken for independent:
-/// of all the samples that may splat there it is one.
-fn joined(pass: &CameraPass, film: &Film, squares: &SquareBuffer) -> (Vec<[f64; 3]>, PixelErrors) {
-    let samples = light_samples(pass);
-    let light = film.to_xyz(samples.recip());
-    let mut errors = PixelErrors {
-        variance: pass.variance(),
-        freedom: (pass.samples as u64).saturating_sub(1).max(1),
+        *tally += *total.lock().expect("no thread panicked");
     };
-    errors.add(&squares.variance(samples, light.iter().map(|p| p[1])));
-    let mut image = pass.image();
-    for (p, s) in image.iter_mut().zip(light) {
-        for c in 0..3 {
-            p[c] += s[c];
-        }
-    }
-    (image, errors)
+    let gather = |light: &mut LightSums| {
+        idle.drain().into_iter().for_each(|b| light.absorb(b));
+    };
+    sample(what, &add, Some(&gather), progress, tally, keeper)
 }
 
 /// A joined path's spectrum, by lane: the wavelength, and radiance times the nanometres it stands for.

@@ -1,6 +1,6 @@
 //! Variance of what camera samples give a pixel, from the samples themselves.
 
-use super::CameraPass;
+use super::CameraSums;
 use super::camera_pass::BLOCK;
 
 /// Whole blocks from which a pixel's variance is taken.
@@ -12,15 +12,33 @@ const TILE: usize = 8;
 /// Σ v, Σ v² and number of samples.
 type Moments = [f64; 3];
 
-impl CameraPass {
+impl CameraSums {
     /// Variance of each pixel's mean luminance. Samples are stratified: those of a block of consecutive ones lie evenly
     /// over the pixel, and the sums of blocks vary less than those of independent samples would. Blocks are taken as
     /// independent of each other, which overstates the variance, since they too fill each other's gaps; a pixel of fewer
     /// than [`ENOUGH`] whole blocks has its samples taken so, which overstates it more. A pixel of fewer than two samples takes its tile's moments, or the image's, for its
     /// own: the differences between those pixels then count as noise, which overstates it too.
     pub fn variance(&self) -> Vec<f64> {
-        let [x0, _, x1, _] = self.crop;
-        let width = (x1 - x0) as usize;
+        let mut all = self.variance_of_all();
+        let here = self.shards.portion();
+        if here < 1.0 {
+            // A pixel is here with that probability and counts for 1/here pixels: (v + m²)/here − m², which the pixels
+            // that are here tell in the mean.
+            for (i, v) in all.iter_mut().enumerate() {
+                let m = self.sums[i][1] / counts_for(self.count(i));
+                *v = if self.has(i) {
+                    (*v + m * m * (1.0 - here)) / (here * here)
+                } else {
+                    0.0
+                };
+            }
+        }
+        all
+    }
+
+    /// As if no pixel were missing.
+    fn variance_of_all(&self) -> Vec<f64> {
+        let width = self.crop.width();
         let counts: Vec<u64> = (0..self.sums.len()).map(|i| self.count(i)).collect();
         let own = |i: usize| -> Moments { [self.sums[i][1], self.sums[i][3], counts[i] as f64] };
         let tiles_across = width.div_ceil(TILE);
@@ -69,6 +87,10 @@ impl CameraPass {
     }
 }
 
+fn counts_for(n: u64) -> f64 {
+    n.max(1) as f64
+}
+
 /// Sample variance.
 fn of_one([sum, square, n]: Moments) -> f64 {
     ((square - sum * sum / n) / (n - 1.0)).max(0.0)
@@ -76,6 +98,7 @@ fn of_one([sum, square, n]: Moments) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::CameraPass;
     use super::super::camera_pass::R2;
     use super::*;
     use crate::accel::{Embree, EmbreeOptions};
@@ -85,7 +108,7 @@ mod tests {
     use glam::Vec2;
 
     /// `mean` samples a pixel of 64 × 64 pixels, each giving the luminance `f`.
-    fn pass(mean: f64, f: impl Fn(Vec2, &mut Rng) -> f64 + Sync) -> CameraPass {
+    fn pass(mean: f64, f: impl Fn(Vec2, &mut Rng) -> f64 + Sync) -> CameraSums {
         let text = r#"
             Film "rgb" "integer xresolution" 64 "integer yresolution" 64
             PixelFilter "box" "float xradius" 0.5 "float yradius" 0.5
@@ -103,7 +126,7 @@ mod tests {
             |_, s, rng, sum| sum.xyz[1] += f(s.raster, rng),
             |_| (),
         );
-        pass
+        pass.sums
     }
 
     /// Samples uniform in [0, 1), of variance 1/12, in 64 × 64 pixels.

@@ -1,8 +1,8 @@
 //! Samples that belong to a pixel: each pixel has its own random streams and sums, so threads never share one.
 
-use super::dither::samples_at;
+use super::CameraSums;
 use crate::accel::Accel;
-use crate::film::{Bins, Filter};
+use crate::film::{Bins, Crop, Filter, Malformed, Shards};
 use crate::path::{Tally, Vertex, World};
 use crate::sampling::Rng;
 use crate::scene::spectrum::{Grey, Lanes, Spectrum, Target};
@@ -52,22 +52,15 @@ impl Gathered<'_> {
     }
 }
 
-/// Sums of camera samples over the crop.
+/// Camera samples of the pixels of the crop, and what they have added up.
 pub struct CameraPass {
-    pub(super) crop: [u32; 4],
     filter: Filter,
     stage: u32,
     seed: u64,
     target: Target,
     grey: Option<Grey>,
-    /// Of each pixel: Σ w·X, w·Y, w·Z, (w·Y)², then Σ of (the w·Y of a block)² over the whole blocks of [`BLOCK`]
-    /// consecutive samples, and the w·Y of the block that is not whole yet.
-    pub(super) sums: Vec<[f64; 6]>,
-    spectra: Option<(Bins, Vec<f64>)>,
-    /// Samples a pixel so far, in the mean: a pixel has ⌊samples + its threshold⌋.
-    pub samples: f64,
-    /// A random shift of all thresholds, so that each is uniform.
-    shift: u32,
+    /// The sums.
+    pub sums: CameraSums,
 }
 
 /// Consecutive samples of a pixel that are told apart from others in its variance: as many as fill the pixel evenly.
@@ -80,20 +73,35 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 impl CameraPass {
     /// No samples yet.
     pub fn new<A: Accel>(world: &World<A>, bins: Option<Bins>, stage: u32, seed: u64) -> Self {
-        let crop = world.scene.camera.crop;
-        let n = (crop[2] - crop[0]) as usize * (crop[3] - crop[1]) as usize;
+        let crop = Crop::from(world.scene.camera.crop);
+        let rng = Rng::new(seed, stage, u32::MAX, u32::MAX);
         Self {
-            crop,
             filter: Filter::new(&world.scene.settings.filter),
             stage,
             seed,
-            sums: vec![[0.0; 6]; n],
-            spectra: bins.map(|b| (b, vec![0.0; n * b.count])),
             target: world.target,
             grey: world.grey,
-            samples: 0.0,
-            shift: Rng::new(seed, stage, u32::MAX, u32::MAX).next_u32(),
+            sums: CameraSums::new(crop, bins, rng),
         }
+    }
+
+    /// Only the pixels of some parts of the work; before the first sample.
+    pub fn with_shards(mut self, shards: Shards) -> Self {
+        assert!(self.sums.samples == 0.0, "samples have been taken");
+        self.sums.shards = shards;
+        self
+    }
+
+    /// Goes on from sums that were saved.
+    ///
+    /// # Errors
+    /// Sums of another image.
+    pub fn resume(&mut self, sums: CameraSums) -> Result<(), Malformed> {
+        if !self.sums.matches(&sums) {
+            return Err(Malformed::new("is of another image or other settings"));
+        }
+        self.sums = sums;
+        Ok(())
     }
 
     /// Adds samples until there are `until` a pixel, in the mean. `f` gets a thread's state, the sample, its stream, and what to
@@ -105,18 +113,19 @@ impl CameraPass {
         f: impl Fn(&mut S, &CameraSample<N>, &mut Rng, &mut Gathered) + Sync,
         done: impl Fn(S) + Sync,
     ) {
-        let (before, [x0, y0, x1, _]) = (self.samples, self.crop);
-        let dither = self.shift;
-        let width = (x1 - x0) as usize;
+        let all = &mut self.sums;
+        let (before, Crop { x0, y0, .. }) = (all.samples, all.crop);
+        let due = all.schedule();
+        let width = all.crop.width();
         let (filter, stage, seed) = (&self.filter, self.stage, self.seed);
         let (target, grey) = (self.target, self.grey);
-        let (bins, spectra) = match &mut self.spectra {
+        let (bins, spectra) = match &mut all.spectra {
             Some((bins, sums)) => (Some(*bins), sums.as_mut_slice()),
             None => (None, [].as_mut_slice()),
         };
         let count = bins.map_or(0, |b| b.count);
         let mut rest = spectra;
-        let rows: Vec<(&mut [[f64; 6]], &mut [f64])> = self
+        let rows: Vec<(&mut [[f64; 6]], &mut [f64])> = all
             .sums
             .chunks_mut(width)
             .map(|sums| {
@@ -132,10 +141,7 @@ impl CameraPass {
                 let y = y0 + row as u32;
                 for (col, sum) in sums.iter_mut().enumerate() {
                     let x = x0 + col as u32;
-                    let (from, until) = (
-                        samples_at(before, dither, x, y),
-                        samples_at(until, dither, x, y),
-                    );
+                    let (from, until) = (due(before, x, y), due(until, x, y));
                     if from >= until {
                         continue;
                     }
@@ -186,46 +192,7 @@ impl CameraPass {
                 }
                 done(s);
             });
-        self.samples = until.max(self.samples);
-    }
-
-    /// Mean XYZ of each pixel, row-major over the crop.
-    pub fn image(&self) -> Vec<[f64; 3]> {
-        let pixels = self.sums.iter().enumerate();
-        pixels
-            .map(|(i, s)| [s[0], s[1], s[2]].map(|v| v * self.scale(i)))
-            .collect()
-    }
-
-    /// Mean radiance per nm, `[pixel · bins + bin]`, if bins are filled.
-    pub fn spectrum(&self) -> Option<Vec<f64>> {
-        let (bins, sums) = self.spectra.as_ref()?;
-        let values = sums.iter().enumerate();
-        Some(
-            values
-                .map(|(i, v)| v * self.scale(i / bins.count))
-                .collect(),
-        )
-    }
-
-    /// 1 over the samples of a pixel. Below one a pixel, the sampled ones stand for those that are not: 1 over the part
-    /// of them, so that the mean over seeds is right everywhere.
-    fn scale(&self, pixel: usize) -> f64 {
-        if self.samples >= 1.0 {
-            1.0 / self.count(pixel) as f64
-        } else if self.samples > 0.0 {
-            1.0 / self.samples
-        } else {
-            0.0
-        }
-    }
-
-    /// Samples of a pixel.
-    pub(super) fn count(&self, pixel: usize) -> u64 {
-        let [x0, y0, x1, _] = self.crop;
-        let width = (x1 - x0) as usize;
-        let (x, y) = (x0 + (pixel % width) as u32, y0 + (pixel / width) as u32);
-        samples_at(self.samples, self.shift, x, y)
+        self.sums.samples = until.max(before);
     }
 }
 
@@ -265,7 +232,7 @@ mod tests {
                 |_| (),
             );
         }
-        let image = pass.image().iter().map(|p| p[1]).collect();
+        let image = pass.sums.image().iter().map(|p| p[1]).collect();
         (image, taken.into_inner() as f64 / 256.0)
     }
 

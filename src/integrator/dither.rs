@@ -3,14 +3,20 @@
 /// The R2 sequence's steps in units of 2⁻³².
 const DITHER: [u32; 2] = [3_242_174_889, 2_447_445_414];
 
+/// A pixel's threshold in units of 2⁻³².
+#[inline]
+pub(super) fn threshold(shift: u32, x: u32, y: u32) -> u32 {
+    shift
+        .wrapping_add(x.wrapping_mul(DITHER[0]))
+        .wrapping_add(y.wrapping_mul(DITHER[1]))
+}
+
 /// Samples of a pixel when there are `mean` of them in the mean. Thresholds in [0, 1) lie on a lattice over the image, so
 /// any part of the pixels that is one ahead is spread evenly; each is uniform over the seeds, so who is ahead does not
 /// depend on what is there to see. Whole numbers are whole for every pixel; a pixel never has fewer as `mean` grows.
 #[inline]
 pub(super) fn samples_at(mean: f64, shift: u32, x: u32, y: u32) -> u64 {
-    let t = shift
-        .wrapping_add(x.wrapping_mul(DITHER[0]))
-        .wrapping_add(y.wrapping_mul(DITHER[1]));
+    let t = threshold(shift, x, y);
     (mean + t as f64 / (1u64 << 32) as f64) as u64
 }
 

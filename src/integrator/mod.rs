@@ -3,22 +3,34 @@
 mod bdpt;
 mod camera_error;
 mod camera_pass;
+mod camera_sums;
 mod dither;
+mod keeper;
+mod light_sums;
 mod mlt;
 mod progress;
 mod pt;
 mod radiance;
+mod sample;
+mod state;
 mod target;
 mod test_image;
 
-pub use bdpt::{Bdpt, bdpt, bdpt_bins};
+pub use bdpt::{Bdpt, bdpt, bdpt_bins, bdpt_kept};
 pub use camera_pass::{CameraPass, Gathered};
-pub use mlt::{MltResult, mlt};
+pub use camera_sums::CameraSums;
+pub use keeper::{Keeper, Nobody, Outcome, Standing};
+pub use light_sums::LightSums;
+pub use mlt::{MltResult, mlt, mlt_kept};
 pub use progress::{Budget, Clock, Progress, Quiet};
-pub use pt::{pt, pt_bins};
+pub use pt::{pt, pt_bins, pt_kept};
 pub use radiance::{Paths, radiance};
+pub use sample::Sampling;
+pub use state::State;
 pub use target::Stop;
 pub use test_image::test_image;
+
+use light_sums::sampled;
 
 use crate::film::PixelErrors;
 

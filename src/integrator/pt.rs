@@ -1,11 +1,11 @@
 //! Path tracing.
 
 use super::camera_pass::{CameraPass, lens_vertex};
-use super::target::Looks;
-use super::{Budget, Clock, FIRST_LOOK, Paths, Progress, Rendered, Stop, radiance};
+use super::keeper::unkept;
+use super::sample::{Sampling, sample};
+use super::{Budget, Keeper, Nobody, Paths, Progress, Rendered, Stop, radiance};
 use crate::accel::Accel;
-use crate::chain::stage;
-use crate::film::{Bins, PixelErrors};
+use crate::film::{Bins, Malformed};
 use crate::path::{Palette, Tally, World};
 use crate::scene::spectrum::Lanes;
 use std::sync::Mutex;
@@ -31,34 +31,29 @@ pub fn pt_bins<const N: usize, A: Accel>(
     progress: &dyn Progress,
     tally: &mut Tally,
 ) -> Rendered {
-    let mut pass = CameraPass::new(world, bins, stage::CAMERA, seed);
-    let stop = stop.into();
-    let clock = Clock::new(stop.budget, |n| n.ceil().max(1.0) as u64);
-    let mut looks = Looks::new(stop.target_error, FIRST_LOOK);
-    let errors = |pass: &CameraPass| PixelErrors {
-        variance: pass.variance(),
-        freedom: (pass.samples as u64).saturating_sub(1).max(1),
+    let what = Sampling {
+        world,
+        bins,
+        stop: stop.into(),
+        seed,
     };
-    let mut target_met = false;
-    while !target_met {
-        let done = pass.samples as u64;
-        let more = looks.until_next(done, clock.next(done, 16));
-        if more == 0 {
-            break;
-        }
-        let until = pass.samples + more as f64;
-        add_samples::<N, A>(world, &mut pass, until, Paths::All, tally);
-        let done = pass.samples as u64;
-        target_met = looks.met(done, || errors(&pass).summary(&pass.image()));
-        progress.update(clock.fraction(done).max(looks.fraction(done)));
-    }
-    Rendered {
-        errors: errors(&pass),
-        target_met,
-        image: pass.image(),
-        spectrum: pass.spectrum(),
-        samples: pass.samples as u64,
-    }
+    unkept(pt_kept::<N, A>(what, progress, tally, &mut Nobody))
+}
+
+/// As [`pt_bins`], with somebody who may stop it and go on with it.
+///
+/// # Errors
+/// A state to go on from that is of another run.
+pub fn pt_kept<const N: usize, A: Accel>(
+    what: Sampling<A>,
+    progress: &dyn Progress,
+    tally: &mut Tally,
+    keeper: &mut dyn Keeper,
+) -> Result<Rendered, Malformed> {
+    let add = |pass: &mut CameraPass, until: f64, tally: &mut Tally| {
+        add_samples::<N, A>(what.world, pass, until, Paths::All, tally);
+    };
+    sample(what, &add, None, progress, tally, keeper)
 }
 
 /// Adds path-traced samples to a pass until there are `until` a pixel, in the mean.

@@ -41,6 +41,14 @@ impl Looks {
         }
     }
 
+    /// Goes on after `done` rounds. If a look was due then, it is due again.
+    pub(super) fn after(mut self, done: u64) -> Self {
+        while self.next < done {
+            self.next = self.next.saturating_mul(2);
+        }
+        self
+    }
+
     /// At most `more` rounds after `done` of them, and none past the next look.
     pub(super) fn until_next(&self, done: u64, more: u64) -> u64 {
         match self.target {

@@ -94,12 +94,13 @@ impl Lens {
         } else {
             Vec2::ZERO
         };
-        Vertex::bare(
-            Kind::Lens,
-            self.position + self.right * d.x + self.up * d.y,
-            self.forward,
-            NONE,
-        )
+        self.vertex(self.position + self.right * d.x + self.up * d.y)
+    }
+
+    /// The vertex at a point of the lens.
+    #[inline]
+    pub fn vertex<const N: usize>(&self, p: Vec3) -> Vertex<N> {
+        Vertex::bare(Kind::Lens, p, self.forward, NONE)
     }
 
     /// Density of [`Self::sample_vertex`] per unit lens area; 1 for a pinhole, whose delta cancels with that of W_e.

@@ -63,6 +63,33 @@ impl Tally {
         false
     }
 
+    /// All counters, for a file.
+    pub fn words(&self) -> [u64; 7] {
+        [
+            self.rays_closest,
+            self.rays_visibility,
+            self.hits_clamped,
+            self.fault_nan,
+            self.fault_negative,
+            self.fault_infinite,
+            self.fault_zero_density,
+        ]
+    }
+
+    /// The counters that [`Self::words`] gave.
+    pub fn of_words(words: [u64; 7]) -> Self {
+        let [closest, visibility, clamped, nan, negative, infinite, zero] = words;
+        Self {
+            rays_closest: closest,
+            rays_visibility: visibility,
+            hits_clamped: clamped,
+            fault_nan: nan,
+            fault_negative: negative,
+            fault_infinite: infinite,
+            fault_zero_density: zero,
+        }
+    }
+
     /// Faults that must not happen: the run then ends with the integrity exit code.
     pub fn impossible(&self) -> u64 {
         self.fault_nan + self.fault_negative + self.fault_infinite + self.fault_zero_density

@@ -1,0 +1,164 @@
+//! A path as bytes: 13 a vertex on a triangle, 29 on a quadric, 13 on the lens and in the sky, 5 for a delta light.
+
+use crate::accel::Accel;
+use crate::accel::surface::surface_again;
+use crate::film::{Malformed, Reader, Writer};
+use crate::path::{Kind, Palette, Path, Pool, Tally, Vertex, World};
+use crate::scatter::Mode;
+use crate::scene::{Light, NONE};
+use glam::{Vec2, Vec3};
+use std::io;
+
+const TRIANGLE: u8 = 0;
+const QUADRIC: u8 = 1;
+const LENS: u8 = 2;
+const SKY: u8 = 3;
+const DELTA: u8 = 4;
+
+/// Bits of the first byte that hold one of the above; the mode stands above them.
+const KINDS: u8 = 8;
+
+/// Most vertices that are read.
+const MOST: usize = 1 << 12;
+
+/// Writes a path's vertices and modes.
+pub(super) fn save<const N: usize>(
+    path: &Path<N>,
+    pool: &Pool<N>,
+    triangles: usize,
+    w: &mut Writer,
+) -> io::Result<()> {
+    w.u32(path.links.len() as u32)?;
+    for link in &path.links {
+        let v = pool.get(link.slot);
+        let kind = match v.kind {
+            Kind::Surface if (v.prim as usize) < triangles => TRIANGLE,
+            Kind::Surface => QUADRIC,
+            Kind::Lens => LENS,
+            Kind::Infinite if v.light == NONE => SKY,
+            Kind::Infinite | Kind::Point => DELTA,
+        };
+        w.u8(kind + KINDS * link.mode as u8)?;
+        if matches!(kind, TRIANGLE | QUADRIC) {
+            w.u32(v.prim)?;
+            w.f32(v.at.x)?;
+            w.f32(v.at.y)?;
+        }
+        if matches!(kind, QUADRIC | LENS | SKY) {
+            vector(w, v.p)?;
+        }
+        match kind {
+            QUADRIC => vector(w, v.ng)?,
+            DELTA => w.u32(v.light)?,
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+fn vector(w: &mut Writer, v: Vec3) -> io::Result<()> {
+    v.to_array().into_iter().try_for_each(|c| w.f32(c))
+}
+
+fn read_vector(r: &mut Reader) -> Result<Vec3, Malformed> {
+    Ok(Vec3::new(r.f32()?, r.f32()?, r.f32()?))
+}
+
+/// Makes the path again, at the wavelengths that stand in it: vertices, links, spectrum.
+pub(super) fn read<const N: usize, A: Accel>(
+    world: &World<A>,
+    path: &mut Path<N>,
+    pool: &mut Pool<N>,
+    r: &mut Reader,
+) -> Result<(), Malformed> {
+    let n = r.count(5)?;
+    if !(2..=(world.max_edges + 1).min(MOST)).contains(&n) {
+        return Err(Malformed(format!(
+            "has a path of {n} vertices, where 2 to {} may be",
+            world.max_edges + 1
+        )));
+    }
+    let mut palette = Palette::new(path.lanes);
+    palette.tune(&path.lanes);
+    path.clear();
+    for i in 0..n {
+        let (vertex, mode) = read_vertex(world, &palette, r)?;
+        let last = i + 1 == n;
+        let fits = match vertex.kind {
+            Kind::Lens => last,
+            Kind::Surface if i == 0 => vertex.light != NONE,
+            Kind::Surface => !last,
+            Kind::Point | Kind::Infinite => i == 0,
+        };
+        if !fits {
+            let what = vertex.kind;
+            return Err(Malformed(format!(
+                "has a path whose vertex {i} of {n} is {what:?}"
+            )));
+        }
+        path.push(pool.put(vertex), mode);
+    }
+    path.relink(world, pool, 0, n - 1);
+    if !path.measure(world, pool, &mut Tally::default()) {
+        return Err(Malformed::new("has a path that carries no light"));
+    }
+    Ok(())
+}
+
+fn read_vertex<const N: usize, A: Accel>(
+    world: &World<A>,
+    palette: &Palette<N>,
+    r: &mut Reader,
+) -> Result<(Vertex<N>, Mode), Malformed> {
+    let scene = world.scene;
+    let first = r.u8()?;
+    let mode = match first / KINDS {
+        0 => Mode::NonSpecular,
+        1 => Mode::Reflect,
+        2 => Mode::Transmit,
+        m => return Err(Malformed(format!("has a vertex of mode {m}"))),
+    };
+    let geometry = &scene.geometry;
+    let vertex = match first % KINDS {
+        kind @ (TRIANGLE | QUADRIC) => {
+            let prim = r.u32()?;
+            let at = Vec2::new(r.f32()?, r.f32()?);
+            let (p, ng) = match kind {
+                TRIANGLE => (Vec3::ZERO, Vec3::ZERO),
+                _ => (read_vector(r)?, read_vector(r)?),
+            };
+            let triangles = geometry.triangles.len();
+            let all = triangles + geometry.quadrics.len();
+            let there = match kind {
+                TRIANGLE => (prim as usize) < triangles,
+                _ => (triangles..all).contains(&(prim as usize)),
+            };
+            if !there || !at.is_finite() {
+                return Err(Malformed(format!(
+                    "has a vertex at {at} of primitive {prim}"
+                )));
+            }
+            let s = surface_again(geometry, prim, at, p, ng);
+            Vertex::from_surface(scene, prim, &s, palette)
+        }
+        LENS => world.lens.vertex(read_vector(r)?),
+        SKY => world
+            .emitters
+            .sky_vertex(scene, palette.lanes(), read_vector(r)?),
+        DELTA => {
+            let light = r.u32()?;
+            let (kind, p) = match scene.lights.get(light as usize) {
+                Some(Light::Point { position, .. } | Light::Spot { position, .. }) => {
+                    (Kind::Point, *position)
+                }
+                Some(Light::Distant { direction, .. }) => (Kind::Infinite, -*direction),
+                _ => return Err(Malformed(format!("has a vertex at light {light}"))),
+            };
+            let mut v = Vertex::bare(kind, p, Vec3::ZERO, light);
+            v.emission = palette.emission(scene, light);
+            v
+        }
+        kind => return Err(Malformed(format!("has a vertex of kind {kind}"))),
+    };
+    Ok((vertex, mode))
+}
