@@ -80,6 +80,11 @@ impl Sums {
         self.shape.crop
     }
 
+    /// Spectral bins.
+    pub fn bins(&self) -> Option<Bins> {
+        self.shape.bins
+    }
+
     /// Chain number `chain` of a group is among these.
     pub fn has(&self, group: u32, chain: u32) -> bool {
         let Shape { groups, chains, .. } = self.shape;

@@ -1,17 +1,19 @@
 //! From arguments to an image in memory: for `render`, and for every command that renders on the way.
 
 use super::CliError;
+use super::identity::Identity;
 use super::job::Job;
+use super::lab::Lab;
 use super::render_args::{AccelArg, DirectArg, PrecisionArg, RenderArgs};
-use super::report::{Report, peak_memory_bytes, processor_seconds};
+use super::report::Report;
+use super::watch::{Unwatched, Watched, Watcher};
 use crate::accel::{Accel, Checked, Embree, EmbreeOptions, Obvhs, Recorder};
 use crate::chain::{Direct, MltOptions};
 use crate::film::Bins;
-use crate::integrator::{Bdpt, Progress, bdpt_bins, mlt, pt_bins};
+use crate::integrator::{Bdpt, Outcome, Progress, Sampling, bdpt_kept, mlt_kept, pt_kept};
 use crate::output::{Image, ImageError, Layers, Metadata, SpectralBins, write_exr, write_png};
 use crate::path::{Heuristic, Tally, World};
 use crate::scene::load::{LoadOptions, load_scene};
-use crate::scene::spectrum::{Curve, Grey};
 use crate::scene::{IntegratorKind, Scene};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -110,6 +112,19 @@ pub fn render(
     prepared: &Prepared,
     progress: &dyn Progress,
 ) -> Result<Rendered, CliError> {
+    render_watched(args, prepared, progress, &mut Unwatched)
+}
+
+/// As [`render`], with somebody who may stop it and go on with it.
+///
+/// # Errors
+/// Those of [`render`], and a state to go on from that is of another render.
+pub fn render_watched(
+    args: &RenderArgs,
+    prepared: &Prepared,
+    progress: &dyn Progress,
+    watcher: &mut (dyn Watcher + Send),
+) -> Result<Rendered, CliError> {
     let Prepared { scene, job, loaded } = prepared;
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(job.threads)
@@ -130,13 +145,15 @@ pub fn render(
             let accel = Embree::new(&scene.geometry, options)?;
             let told = told(accel.version());
             let Some(file) = file else {
-                return Ok(pool.install(|| render_on(args, job, scene, &accel, told, progress)));
+                return pool
+                    .install(|| watched_on(args, job, scene, &accel, told, (progress, watcher)));
             };
             let accel = Recorder::new(accel, RECORDED / pool.current_num_threads());
             let any: &dyn Accel = &accel;
-            let rendered = pool.install(|| render_on(args, job, scene, &any, told, progress));
+            let rendered =
+                pool.install(|| watched_on(args, job, scene, &any, told, (progress, watcher)));
             save_rays(&accel, file)?;
-            Ok(rendered)
+            rendered
         }
         (AccelArg::Checked, None) => {
             let embree = Embree::new(&scene.geometry, options)?;
@@ -146,14 +163,15 @@ pub fn render(
             let told = told(version);
             // Behind a table of functions like the recorder: the renderer is not compiled once more for it.
             let any: &dyn Accel = &accel;
-            let mut rendered = pool.install(|| render_on(args, job, scene, &any, told, progress));
+            let mut rendered =
+                pool.install(|| watched_on(args, job, scene, &any, told, (progress, watcher)))?;
             rendered.report.checked(accel.disagreement());
             Ok(rendered)
         }
         (AccelArg::Obvhs, None) => {
             let accel = pool.install(|| Obvhs::new(&scene.geometry));
             let told = told("not used".into());
-            Ok(pool.install(|| render_on(args, job, scene, &accel, told, progress)))
+            pool.install(|| watched_on(args, job, scene, &accel, told, (progress, watcher)))
         }
         (AccelArg::Obvhs | AccelArg::Checked, Some(_)) => {
             let text = "--record-rays is for --accel embree, whose rays are replayed";
@@ -172,20 +190,23 @@ pub struct Told {
     pub embree: String,
 }
 
+/// Who hears of progress, who may stop the render.
+type Around<'a> = (&'a dyn Progress, &'a mut (dyn Watcher + Send));
+
 /// Renders on the threads of the pool it is called in, with a backend that stands.
-pub fn render_on<A: Accel>(
+fn watched_on<A: Accel>(
     args: &RenderArgs,
     job: &Job,
     scene: &Scene,
     accel: &A,
     told: Told,
-    progress: &dyn Progress,
-) -> Rendered {
+    around: Around,
+) -> Result<Rendered, CliError> {
     match job.plan.lanes {
-        1 => with_lanes::<1, A>(args, job, scene, accel, told, progress),
-        4 => with_lanes::<4, A>(args, job, scene, accel, told, progress),
-        8 => with_lanes::<8, A>(args, job, scene, accel, told, progress),
-        _ => with_lanes::<16, A>(args, job, scene, accel, told, progress),
+        1 => with_lanes::<1, A>(args, job, scene, accel, told, around),
+        4 => with_lanes::<4, A>(args, job, scene, accel, told, around),
+        8 => with_lanes::<8, A>(args, job, scene, accel, told, around),
+        _ => with_lanes::<16, A>(args, job, scene, accel, told, around),
     }
 }
 
@@ -195,92 +216,61 @@ fn with_lanes<const N: usize, A: Accel>(
     scene: &Scene,
     accel: &A,
     told: Told,
-    progress: &dyn Progress,
-) -> Rendered {
+    (progress, watcher): Around,
+) -> Result<Rendered, CliError> {
     let world = World::new(scene, accel, scene.settings.max_depth)
         .with_target(job.target)
         .with_plan(&job.plan);
-    // Without colour the bins are made of the luminance at the end.
-    let bins = job.bins.filter(|_| job.plan.grey.is_none());
+    let options = chain_options(args, job);
+    let identity = Identity::new(args, job, scene, &options, &told.embree);
+    watcher.begin(identity)?;
     let mut tally = Tally::default();
-    let mut report = Report::new(args.seed, scene, job, told);
-    let (start, cpu) = (Instant::now(), processor_seconds());
-    let (xyz, spectrum, errors, met) = match job.integrator {
+    let report = Report::new(args.seed, scene, job, told);
+    let lab = Lab::new(args, job, scene, &options, report);
+    let mut watched = Watched { watcher, lab: &lab };
+    let what = Sampling {
+        world: &world,
+        bins: options.bins,
+        stop: job.stop,
+        seed: args.seed,
+    };
+    let keeper = &mut watched;
+    let outcome = match job.integrator {
         IntegratorKind::Pt => {
-            let r = pt_bins::<N, A>(&world, bins, job.stop, args.seed, progress, &mut tally);
-            report.samples(r.samples);
-            (r.image, r.spectrum, r.errors, r.target_met)
+            pt_kept::<N, A>(what, progress, &mut tally, keeper).map(Outcome::Sampled)
         }
         IntegratorKind::Bdpt => {
-            let what = Bdpt {
+            let how = Bdpt {
                 heuristic: Heuristic::Power,
                 indirect_only: false,
             };
-            let stop = job.stop;
-            let r = bdpt_bins::<N, A>(&world, what, bins, stop, args.seed, progress, &mut tally);
-            report.samples(r.samples);
-            (r.image, r.spectrum, r.errors, r.target_met)
+            bdpt_kept::<N, A>(what, how, progress, &mut tally, keeper).map(Outcome::Sampled)
         }
         IntegratorKind::Mlt => {
-            let direct = match args.direct {
-                DirectArg::Separate => Direct::Separate,
-                DirectArg::Chain => Direct::InChain,
-            };
-            let options = args.tuning.apply(MltOptions {
-                direct,
-                bins,
-                shares: job.plan.shares,
-                test_samples: args.two_stage.then_some(TEST_SAMPLES),
-                ..MltOptions::default()
-            });
-            let r = mlt::<N, A>(&world, &options, job.stop, args.seed, progress, &mut tally);
-            report.mlt(&r, &options.shares, job.target);
-            (r.image, r.spectrum, r.errors, r.target_met)
+            let when = (job.stop, args.seed);
+            mlt_kept::<N, A>(&world, &options, when, progress, &mut tally, keeper)
+                .map(|r| Outcome::Mlt(Box::new(r)))
         }
     };
-    report.error(errors.summary(&xyz), args.target_error, met);
-    report.finish(
-        start.elapsed(),
-        processor_seconds() - cpu,
-        peak_memory_bytes(),
-        &tally,
-    );
-    let [x0, y0, x1, y1] = scene.camera.crop;
-    let k = scene.settings.film_scale as f64;
-    let scaled: Vec<[f64; 3]> = xyz.iter().map(|p| p.map(|c| c * k)).collect();
-    let image = Image::from_xyz((x1 - x0) as usize, (y1 - y0) as usize, &scaled);
-    let spectrum = match (job.bins, &job.plan.grey) {
-        (Some(bins), Some((illuminant, grey))) => Some(spread(&xyz, illuminant, grey, bins)),
-        _ => spectrum,
-    };
-    let bins = job.bins.zip(spectrum).map(|(bins, values)| SpectralBins {
-        bins,
-        values: values.iter().map(|v| (v * k) as f32).collect(),
-    });
-    Rendered {
-        image,
-        bins,
-        error: errors.standard(k),
-        metadata: report.metadata(scene),
-        report,
-    }
+    let outcome = outcome.map_err(|e| watched.watcher.malformed(e))?;
+    Ok(lab.develop(outcome, &tally))
 }
 
-/// The bins of an image that has its illuminant's spectrum everywhere: `[pixel · bins + bin]`.
-fn spread(xyz: &[[f64; 3]], illuminant: &Curve, grey: &Grey, bins: Bins) -> Vec<f64> {
-    // Values at the one wavelength, per Y of the film; a bin holds the mean of its nanometres.
-    let per_y = 1.0 / (grey.xyz[1] * illuminant.at(grey.lambda)) as f64;
-    let mut shape = vec![(0.0f64, 0u32); bins.count];
-    for tenth in 0..4700 {
-        let l = 360.05 + 0.1 * tenth as f32;
-        let (sum, n) = &mut shape[bins.index(l)];
-        *sum += illuminant.at(l) as f64;
-        *n += 1;
-    }
-    let shape: Vec<f64> = shape.iter().map(|(sum, n)| sum / *n as f64).collect();
-    let pixel = |p: &[f64; 3]| {
-        let y = p[1] * per_y;
-        shape.iter().map(move |s| s * y).collect::<Vec<_>>()
-    };
-    xyz.iter().flat_map(pixel).collect()
+/// Settings of the chains of a job.
+fn chain_options(args: &RenderArgs, job: &Job) -> MltOptions {
+    args.tuning.apply(MltOptions {
+        direct: match args.direct {
+            DirectArg::Separate => Direct::Separate,
+            DirectArg::Chain => Direct::InChain,
+        },
+        bins: sampled_bins(job),
+        shares: job.plan.shares,
+        test_samples: args.two_stage.then_some(TEST_SAMPLES),
+        ..MltOptions::default()
+    })
+}
+
+/// The bins that samples fill: without colour they are made of the luminance at the end.
+fn sampled_bins(job: &Job) -> Option<Bins> {
+    job.bins.filter(|_| job.plan.grey.is_none())
 }

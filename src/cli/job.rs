@@ -8,7 +8,7 @@ use crate::integrator::{Budget, Stop};
 use crate::plan::{MOST_EDGES, Options, Plan};
 use crate::scene::spectrum::Target;
 use crate::scene::{IntegratorKind, Scene};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What will be done.
 pub struct Job {
@@ -99,7 +99,14 @@ impl Job {
         } else {
             args.output.clone()
         };
-        for o in &outputs {
+        let one_part = args.output.len() == 1 && !is_image(&args.output[0]);
+        if args.shard.is_some() && !one_part {
+            return Err(usage(
+                "--shard writes one part, which is no image: expected one -o PART without .exr or .png"
+                    .into(),
+            ));
+        }
+        for o in outputs.iter().filter(|_| args.shard.is_none()) {
             let ext = o
                 .extension()
                 .and_then(|e| e.to_str())
@@ -113,7 +120,7 @@ impl Job {
             }
         }
         let exr = |o: &PathBuf| o.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-        if args.spectral.is_some() && !outputs.iter().any(exr) {
+        if args.spectral.is_some() && args.shard.is_none() && !outputs.iter().any(exr) {
             return Err(usage(
                 "--spectral needs an EXR file to write the bins to: found only PNG, expected -o OUT.exr".into(),
             ));
@@ -178,6 +185,12 @@ fn plan(args: &RenderArgs, scene: &mut Scene) -> Result<Plan, CliError> {
         )));
     }
     Ok(Plan::make(scene, &options))
+}
+
+/// Its name ends like an image's.
+pub fn is_image(file: &Path) -> bool {
+    let ending = file.extension().and_then(|e| e.to_str());
+    ending.is_some_and(|e| e.eq_ignore_ascii_case("exr") || e.eq_ignore_ascii_case("png"))
 }
 
 /// Changes the resolution; the field of view of the shorter side and the crop's part of the image stay.

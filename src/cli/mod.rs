@@ -6,8 +6,12 @@ mod check_rays;
 mod compare;
 mod engine;
 mod error;
+mod identity;
 mod job;
+mod keep;
+mod lab;
 mod manual;
+mod merge;
 mod mutate;
 mod parse;
 mod plan;
@@ -15,9 +19,11 @@ mod plan_memory;
 mod render;
 mod render_args;
 mod report;
+mod signals;
 mod study;
 mod study_run;
 mod tuning;
+mod watch;
 
 pub use error::CliError;
 
@@ -36,7 +42,8 @@ const LONG: &str = "Renders pictures of scenes whose light is hard to find: a ro
 under glass, a pool in the sun.\n\nReads pbrt-v4 scenes. Results go to files and stdout, progress and messages to stderr.";
 
 const EXIT_CODES: &str = "Exit codes: 0 complete · 1 comparison failed or internal error · 2 usage or scene (do not \
-retry) · 3 finished, but integrity counters tripped · 4 output not writable";
+retry) · 3 finished, but integrity counters tripped · 4 output not writable · 75 stopped by INT or TERM with a checkpoint \
+to go on from; without --checkpoint 130 or 143";
 
 #[derive(Subcommand, Debug)]
 enum Command {
@@ -44,6 +51,8 @@ enum Command {
     Render(Box<render_args::RenderArgs>),
     /// Tell what a scene calls for, why, and how it will be rendered
     Plan(Box<plan::PlanArgs>),
+    /// Add up the parts of a render that machines shared
+    Merge(merge::MergeArgs),
     /// Compare an image with a reference
     Compare(compare::CompareArgs),
     BenchAccel(bench_accel::BenchAccelArgs),
@@ -62,6 +71,7 @@ pub fn main() -> ExitCode {
     let done = match cli.command {
         Command::Render(args) => render::run(&args),
         Command::Plan(args) => plan::run(&args),
+        Command::Merge(args) => merge::run(&args),
         Command::Compare(args) => compare::run(&args, &mut std::io::stdout())
             .map(ExitCode::from)
             .map_err(CliError::from),

@@ -1,5 +1,6 @@
 //! Values of options: numbers, sizes, times. Each error says what was expected.
 
+use crate::film::MOST_SHARDS;
 use std::time::Duration;
 
 /// A number > 0.
@@ -57,6 +58,17 @@ pub fn duration(s: &str) -> Result<Duration, String> {
     let t = n * unit;
     if t.is_finite() && t > 0.0 {
         Ok(Duration::from_secs_f64(t))
+    } else {
+        Err(wrong())
+    }
+}
+
+/// `K/N`, part K of N, as (K − 1, N).
+pub fn shard(s: &str) -> Result<(u32, u32), String> {
+    let wrong = || format!("expected K/N, such as 2/16: part K of N, 1 <= K <= N <= {MOST_SHARDS}");
+    let [k, n] = numbers::<2>(s, '/', "").map_err(|_| wrong())?;
+    if (1..=n).contains(&k) && n <= MOST_SHARDS {
+        Ok((k - 1, n))
     } else {
         Err(wrong())
     }

@@ -2,6 +2,7 @@
 
 use super::bar::Bar;
 use super::engine::{self, Prepared};
+use super::keep::{Ended, Keep};
 use super::render_args::RenderArgs;
 use super::{CliError, report};
 use std::process::ExitCode;
@@ -22,11 +23,17 @@ pub fn run(args: &RenderArgs) -> Result<ExitCode, CliError> {
         crate::output::check_writable(o)?;
     }
     let bar = Bar::new("rendering", args.quiet);
-    let rendered = engine::render(args, &prepared, &bar);
+    let mut keep = Keep::new(args, outputs)?;
+    let rendered = engine::render_watched(args, &prepared, &bar, &mut keep);
     bar.finish();
     let rendered = rendered?;
-    for o in outputs {
-        rendered.write(o, args.exposure)?;
+    let ended = keep.result()?;
+    let code = stopped(args, ended);
+    // A part is written where it is known whether it is whole; the image of a render that goes on later is not.
+    if args.shard.is_none() && !(code.is_some() && args.checkpoint.is_some()) {
+        for o in outputs {
+            rendered.write(o, args.exposure)?;
+        }
     }
     let report = &rendered.report;
     if let Some(path) = &args.stats {
@@ -53,5 +60,19 @@ pub fn run(args: &RenderArgs) -> Result<ExitCode, CliError> {
         );
         return Ok(ExitCode::from(3));
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(code.map_or(ExitCode::SUCCESS, ExitCode::from))
+}
+
+/// The exit code of a render that a signal stopped, with a line that says what there is.
+fn stopped(args: &RenderArgs, ended: Ended) -> Option<u8> {
+    let Ended::Stopped(signal) = ended else {
+        return None;
+    };
+    let (what, code) = match (&args.checkpoint, args.shard) {
+        (Some(file), _) => (format!("--resume goes on from {}", file.display()), 75),
+        (None, Some(_)) => ("nothing was written".into(), 128 + signal),
+        (None, None) => ("the image so far was written".into(), 128 + signal),
+    };
+    eprintln!("stopped by a signal: {what}");
+    Some(code as u8)
 }

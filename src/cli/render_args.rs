@@ -115,6 +115,29 @@ pub struct RenderArgs {
     /// Make exactly this many rounds; stats.json tells how many a time limit allowed
     #[arg(long, value_name = "R", value_parser = clap::value_parser!(u64).range(1..))]
     pub rounds: Option<u64>,
+    /// Keep a checkpoint here, from which --resume goes on to the same image, bit for bit
+    ///
+    /// It is written every --every, when the render ends, and on INT and TERM, which stop it with exit code 75; on HUP
+    /// it is written, with the image so far, and the render goes on. A file that is there already needs --resume.
+    #[arg(long, value_name = "FILE")]
+    pub checkpoint: Option<PathBuf>,
+    /// Time between checkpoints
+    #[arg(long, value_name = "TIME", value_parser = duration, default_value = "5m", requires = "checkpoint")]
+    pub every: Duration,
+    /// Go on from the checkpoint if it is there; with =require it must be
+    #[arg(long, value_enum, num_args = 0..=1, require_equals = true, default_missing_value = "if-there", requires = "checkpoint")]
+    pub resume: Option<ResumeArg>,
+    /// Go on from these finished checkpoints or parts, to more mutations or samples than they have
+    ///
+    /// The image is that of one longer render, bit for bit. All parts of a render must be named, or with --shard that
+    /// part alone.
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    pub extend: Vec<PathBuf>,
+    /// Do only part K of N and write it to -o PART, for `metrolux merge`
+    ///
+    /// Any N gives the same image, bit for bit. With more than 256 parts some have no chains.
+    #[arg(long, value_name = "K/N", value_parser = super::parse::shard, conflicts_with_all = ["time_limit", "target_error"])]
+    pub shard: Option<(u32, u32)>,
     /// Same seed, same bits, whatever the number of threads
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
@@ -174,6 +197,15 @@ pub struct RenderArgs {
     /// No progress bar, no messages but errors
     #[arg(short, long)]
     pub quiet: bool,
+}
+
+/// What to do without a checkpoint to go on from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ResumeArg {
+    /// Begin
+    IfThere,
+    /// Stop
+    Require,
 }
 
 /// Embree's ray-triangle precision.

@@ -2,6 +2,7 @@
 
 use super::CliError;
 use super::engine::Told;
+use super::identity::Identity;
 use super::job::Job;
 use crate::accel::Disagreement;
 use crate::chain::Shares;
@@ -117,6 +118,26 @@ impl Report {
         self.checked.as_ref()
     }
 
+    /// Starts a report on a render done elsewhere, of which this is known.
+    pub fn of(i: &Identity) -> Self {
+        Self {
+            version: env!("CARGO_PKG_VERSION"),
+            embree: i.embree.clone(),
+            accel: i.accel.clone(),
+            integrator: i.integrator.clone(),
+            seed: i.seed,
+            scene_hash: i.scene.clone(),
+            lanes: i.lanes,
+            threads: rayon::current_num_threads(),
+            resolution: i.resolution,
+            crop: i.region,
+            max_depth: i.max_depth,
+            spectral_bins: i.spectral,
+            triangles: i.triangles,
+            ..Self::default()
+        }
+    }
+
     /// Samples a pixel of pt and bdpt.
     pub fn samples(&mut self, spp: u64) {
         self.samples_per_pixel = Some(spp);
@@ -187,9 +208,14 @@ impl Report {
             .sum()
     }
 
+    /// The part of the image that is rendered.
+    pub fn crop(&self) -> [u32; 4] {
+        self.crop
+    }
+
     /// What goes into an EXR's header.
-    pub fn metadata(&self, scene: &Scene) -> Metadata {
-        let [w, h] = scene.camera.resolution.map(|v| v as usize);
+    pub fn metadata(&self) -> Metadata {
+        let [w, h] = self.resolution.map(|v| v as usize);
         let origin = [self.crop[0] as i32, self.crop[1] as i32];
         let faults = serde_json::to_string(&self.faults).unwrap_or_default();
         let mut counters = vec![
@@ -219,7 +245,7 @@ impl Report {
             counters.push(("errorDegreesOfFreedom".into(), freedom));
         }
         Metadata {
-            scene_hash: scene.hash,
+            scene_hash: u64::from_str_radix(&self.scene_hash, 16).unwrap_or(0),
             seed: self.seed,
             b: self.mlt.as_ref().map(|m| m.b),
             b_standard_error: self.mlt.as_ref().map(|m| m.b_standard_error),

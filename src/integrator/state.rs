@@ -2,7 +2,7 @@
 
 use super::{CameraSums, LightSums, Outcome, mlt, sampled};
 use crate::chain::{Saved, read_tally, save_tally};
-use crate::film::{Malformed, Reader, Shards, Writer};
+use crate::film::{Bins, Crop, Malformed, Reader, Shards, Writer};
 use crate::path::Tally;
 use std::io;
 
@@ -80,7 +80,10 @@ impl State {
                 let area = r.f64()?;
                 let chains = Box::new(Saved::read(r)?);
                 let direct = CameraSums::read(r)?;
-                if direct.crop != chains.sums.crop() || direct.shards != chains.sums.shards {
+                if direct.crop != chains.sums.crop()
+                    || direct.spectra.as_ref().map(|s| s.0) != chains.sums.bins()
+                    || direct.shards != chains.sums.shards
+                {
                     return Err(Malformed::new("holds two images that do not go together"));
                 }
                 Kind::Chains(chains, direct, area)
@@ -110,10 +113,24 @@ impl State {
 
     /// Which parts of the work it holds.
     pub fn shards(&self) -> &Shards {
+        &self.camera().shards
+    }
+
+    fn camera(&self) -> &CameraSums {
         match &self.sums {
-            Kind::Sampled(camera, _) => &camera.shards,
-            Kind::Chains(_, direct, _) => &direct.shards,
+            Kind::Sampled(camera, _) => camera,
+            Kind::Chains(_, direct, _) => direct,
         }
+    }
+
+    /// Pixels of the image.
+    pub fn crop(&self) -> Crop {
+        self.camera().crop
+    }
+
+    /// Spectral bins.
+    pub fn bins(&self) -> Option<Bins> {
+        self.camera().spectra.as_ref().map(|s| s.0)
     }
 
     /// Rounds made: of chains, or of samples a pixel.

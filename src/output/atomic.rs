@@ -14,10 +14,7 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
 
 /// Finds out before a long render whether a file can be written where `path` lies; leaves nothing behind.
 pub fn check_writable(path: &Path) -> Result<(), ImageError> {
-    let folder = match path.parent() {
-        Some(p) if !p.as_os_str().is_empty() => p,
-        _ => Path::new("."),
-    };
+    let folder = folder(path);
     std::fs::create_dir_all(folder)
         .and_then(|()| tempfile::tempfile_in(folder).map(drop))
         .map_err(|source| ImageError::NotWritable {
@@ -26,18 +23,56 @@ pub fn check_writable(path: &Path) -> Result<(), ImageError> {
         })
 }
 
-fn put(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let folder = match path.parent() {
+/// Writes what `fill` writes under a temporary name in the target's folder, syncs it and renames it over the target. The
+/// name is always the same one, so that a process killed on the way leaves at most one such file, and the next one
+/// writes over it.
+pub(super) fn write_streamed(
+    path: &Path,
+    fill: &mut dyn FnMut(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), ImageError> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let mut builder = tempfile::Builder::new();
+    let prefix = format!(".{name}");
+    builder.prefix(&prefix).suffix(".part").rand_bytes(0);
+    let left = folder(path).join(format!("{prefix}.part"));
+    std::fs::remove_file(left)
+        .or_else(|e| match e.kind() {
+            io::ErrorKind::NotFound => Ok(()),
+            _ => Err(e),
+        })
+        .and_then(|()| replace(path, &mut builder, fill))
+        .map_err(|source| ImageError::NotWritable {
+            path: path.into(),
+            source,
+        })
+}
+
+fn folder(path: &Path) -> &Path {
+    match path.parent() {
         Some(p) if !p.as_os_str().is_empty() => p,
         _ => Path::new("."),
-    };
+    }
+}
+
+fn put(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".metrolux-").suffix(".part");
+    replace(path, &mut builder, &mut |w| w.write_all(bytes))
+}
+
+fn replace(
+    path: &Path,
+    builder: &mut tempfile::Builder,
+    fill: &mut dyn FnMut(&mut dyn Write) -> io::Result<()>,
+) -> io::Result<()> {
+    let folder = folder(path);
     // Temporary files are private by default; the final file should follow the umask like any other.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = builder.tempfile_in(folder)?;
-    file.write_all(bytes)?;
+    let file = builder.tempfile_in(folder)?;
+    let mut out = io::BufWriter::with_capacity(1 << 16, file);
+    fill(&mut out)?;
+    let file = out.into_inner().map_err(io::IntoInnerError::into_error)?;
     file.as_file().sync_all()?;
     file.persist(path).map_err(|e| e.error)?;
     // The rename itself must reach the disk. Not every file system lets a folder be opened and synced.

@@ -6,12 +6,14 @@ mod exr_read;
 mod exr_write;
 mod image;
 mod png;
+mod run_file;
 
 pub use self::atomic::{check_writable, write_atomic};
 pub use self::error::ImageError;
 pub use self::exr_write::{Layers, Metadata, SpectralBins, spectral_channel_name, write_exr};
 pub use self::image::{Image, Window, from_srgb, to_srgb};
 pub use self::png::{png_bytes, write_png};
+pub use self::run_file::{RunFile, write_run};
 
 use std::path::Path;
 

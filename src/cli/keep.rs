@@ -1,0 +1,234 @@
+//! Checkpoints, parts and signals of one render.
+
+use super::CliError;
+use super::identity::Identity;
+use super::render_args::{RenderArgs, ResumeArg};
+use super::signals::Signals;
+use super::watch::{Develop, Watcher};
+use crate::film::{Malformed, Shards};
+use crate::integrator::{Standing, State};
+use crate::output::{ImageError, RunFile, write_run};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// How a render ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// It did all it was to do.
+    Finished,
+    /// This signal stopped it.
+    Stopped(i32),
+}
+
+/// Keeps one render.
+pub struct Keep<'a> {
+    args: &'a RenderArgs,
+    /// Images to write when asked for on the way.
+    outputs: &'a [PathBuf],
+    signals: Signals,
+    identity: Option<Identity>,
+    start: Option<State>,
+    /// Where that came from.
+    source: Option<PathBuf>,
+    last: Instant,
+    /// How it ended.
+    pub ended: Ended,
+    /// What could not be written at the end.
+    failed: Option<CliError>,
+}
+
+/// Signals are looked at this often, about, with a checkpoint to write and without: stretches between have a price where
+/// images are large.
+const PATIENCE: [Duration; 2] = [Duration::from_secs(5), Duration::from_secs(10)];
+
+impl<'a> Keep<'a> {
+    /// For a render with these arguments, which writes these images.
+    ///
+    /// # Errors
+    /// A checkpoint that is in the way, or none where one is required.
+    pub fn new(args: &'a RenderArgs, outputs: &'a [PathBuf]) -> Result<Self, CliError> {
+        if let Some(file) = &args.checkpoint {
+            let there = file.exists();
+            if there && args.resume.is_none() {
+                return Err(CliError::Usage(format!(
+                    "{} is there already: expected --resume to go on from it, or another name",
+                    file.display()
+                )));
+            }
+            if !there && args.resume == Some(ResumeArg::Require) && args.extend.is_empty() {
+                return Err(CliError::Usage(format!(
+                    "{} is not there, and --resume=require asks for it",
+                    file.display()
+                )));
+            }
+        }
+        Ok(Self {
+            args,
+            outputs,
+            signals: Signals::catch()?,
+            identity: None,
+            start: None,
+            source: None,
+            last: Instant::now(),
+            ended: Ended::Finished,
+            failed: None,
+        })
+    }
+
+    /// What could not be written when the render ended.
+    pub fn result(self) -> Result<Ended, CliError> {
+        match self.failed {
+            Some(e) => Err(e),
+            None => Ok(self.ended),
+        }
+    }
+
+    fn save(&mut self, file: &Path, run: &mut dyn Standing) -> Result<(), CliError> {
+        let label = self.identity.as_ref().map(Identity::label);
+        write_run(file, &label.unwrap_or_default(), &mut |w| run.save(w))?;
+        self.last = Instant::now();
+        Ok(())
+    }
+
+    /// Files to go on from.
+    fn sources(&self) -> &'a [PathBuf] {
+        match &self.args.checkpoint {
+            Some(file) if file.exists() => std::slice::from_ref(file),
+            _ => &self.args.extend,
+        }
+    }
+}
+
+impl Watcher for Keep<'_> {
+    fn begin(&mut self, identity: Identity) -> Result<(), CliError> {
+        for file in self.sources() {
+            let (found, state) = read_run(file)?;
+            refuse_others(file, &found, &identity)?;
+            match &mut self.start {
+                None => self.start = Some(state),
+                Some(s) => s.merge(state).map_err(|e| bad(file, e.0))?,
+            }
+        }
+        if let Some(state) = &self.start {
+            let (found, due) = (state.shards(), self.shards());
+            if *found != due {
+                let file = &self.sources()[0];
+                return Err(bad(
+                    file,
+                    format!(
+                        "holds parts {} of {}; expected {} of {}",
+                        list(found.here().iter().copied()),
+                        found.of(),
+                        list(due.here().iter().copied()),
+                        due.of()
+                    ),
+                ));
+            }
+        }
+        self.source = self.sources().first().cloned();
+        self.identity = Some(identity);
+        self.last = Instant::now();
+        Ok(())
+    }
+
+    fn shards(&self) -> Shards {
+        let part = self.args.shard;
+        part.map_or_else(Shards::default, |(k, n)| Shards::one(k, n))
+    }
+
+    fn patience(&self) -> Option<Duration> {
+        let every = self.args.every;
+        Some(match self.args.checkpoint {
+            Some(_) => PATIENCE[0].min(every),
+            None => PATIENCE[1],
+        })
+    }
+
+    fn malformed(&self, e: Malformed) -> CliError {
+        match &self.source {
+            Some(file) => bad(file, e.0),
+            None => CliError::Internal(e.0),
+        }
+    }
+
+    fn take_state(&mut self) -> Option<State> {
+        self.start.take()
+    }
+
+    fn between(&mut self, run: &mut dyn Standing, develop: Develop, finished: bool) -> bool {
+        let stop = self.signals.stop().filter(|_| !finished);
+        let show = self.signals.show();
+        let due = self.last.elapsed() >= self.args.every;
+        if let Some(file) = &self.args.checkpoint
+            && (finished || stop.is_some() || show || due)
+            && let Err(e) = self.save(file, run)
+        {
+            if finished || stop.is_some() {
+                self.failed = Some(e);
+            } else {
+                // The last good checkpoint is still there, and there may be room again later.
+                eprintln!("warning: {e}; the render goes on");
+                self.last = Instant::now();
+            }
+        }
+        if finished && self.args.shard.is_some() && self.failed.is_none() {
+            for file in self.outputs {
+                if let Err(e) = self.save(file, run) {
+                    self.failed = Some(e);
+                }
+            }
+        }
+        if let Some(signal) = stop {
+            self.ended = Ended::Stopped(signal);
+            return false;
+        }
+        if show && !finished && self.args.shard.is_none() {
+            let image = develop(run.outcome());
+            for file in self.outputs {
+                if let Err(e) = image.write(file, self.args.exposure) {
+                    eprintln!("warning: {e}; the render goes on");
+                }
+            }
+        }
+        true
+    }
+}
+
+/// Numbers of parts as a person counts them.
+pub fn list(parts: impl Iterator<Item = u32>) -> String {
+    let all: Vec<String> = parts.map(|p| (p + 1).to_string()).collect();
+    all.join(", ")
+}
+
+/// A file that does not hold what it should.
+pub fn bad(file: &Path, reason: String) -> CliError {
+    CliError::Output(ImageError::Bad {
+        path: file.into(),
+        reason,
+    })
+}
+
+/// Reads a checkpoint or part: what it is of, and the run.
+///
+/// # Errors
+/// A file that is none, or damaged.
+pub fn read_run(file: &Path) -> Result<(Identity, State), CliError> {
+    let read = RunFile::read(file)?;
+    let identity = Identity::of_label(read.label()).map_err(|e| bad(file, e))?;
+    let state = State::read(&mut read.run()).map_err(|e| bad(file, e.0))?;
+    identity.check(&state).map_err(|e| bad(file, e))?;
+    Ok((identity, state))
+}
+
+/// That a file is of the render `here`.
+///
+/// # Errors
+/// What differs.
+pub fn refuse_others(file: &Path, found: &Identity, here: &Identity) -> Result<(), CliError> {
+    let differences = here.differences(found);
+    if differences.is_empty() {
+        return Ok(());
+    }
+    let what = differences.join("; ");
+    Err(bad(file, format!("is of another render: {what}")))
+}

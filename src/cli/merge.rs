@@ -1,0 +1,152 @@
+//! `metrolux merge`.
+
+use super::CliError;
+use super::identity::Identity;
+use super::job::is_image;
+use super::keep::{bad, list, read_run, refuse_others};
+use super::lab::{GreyBins, Lab};
+use super::report::{Report, write_json};
+use crate::chain::Shares;
+use crate::film::Bins;
+use crate::integrator::State;
+use crate::mutation::Strategy;
+use crate::output::{check_writable, write_run};
+use crate::scene::spectrum::Target;
+use clap::Args;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// Add up the parts of a render that machines shared.
+///
+/// All parts together make the image that one machine would have made, bit for bit, in whatever order they are named.
+#[derive(Args, Debug)]
+pub struct MergeArgs {
+    /// Parts that `render --shard K/N` wrote
+    #[arg(required = true, value_name = "PART")]
+    pub parts: Vec<PathBuf>,
+    /// File to write, .exr or .png; may be given several times
+    #[arg(
+        short,
+        long,
+        value_name = "FILE",
+        required_unless_present = "checkpoint"
+    )]
+    pub output: Vec<PathBuf>,
+    /// Also write a checkpoint of the whole render, for `render --extend`
+    #[arg(long, value_name = "FILE")]
+    pub checkpoint: Option<PathBuf>,
+    /// Make an image of the parts that are there; it is unbiased, and noisier
+    #[arg(long)]
+    pub allow_missing: bool,
+    /// Exposure of PNG files in stops
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    pub exposure: f32,
+    /// Write counters as JSON
+    #[arg(long, value_name = "FILE")]
+    pub stats: Option<PathBuf>,
+    /// No messages but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// Runs the sub-command.
+pub fn run(args: &MergeArgs) -> Result<ExitCode, CliError> {
+    let start = Instant::now();
+    for o in &args.output {
+        if !is_image(o) {
+            let text = format!("cannot write {}: expected .exr or .png", o.display());
+            return Err(CliError::Usage(text));
+        }
+    }
+    let written = args.output.iter().chain(&args.checkpoint);
+    for o in written.chain(&args.stats) {
+        check_writable(o)?;
+    }
+    let (identity, mut state) = add_up(args)?;
+    if let Some(file) = &args.checkpoint {
+        write_run(file, &identity.label(), &mut |w| state.save(w))?;
+    }
+    let lab = lab(&identity, start).map_err(|e| bad(&args.parts[0], e))?;
+    let tally = state.whole_tally();
+    let rendered = lab.develop(state.outcome(), &tally);
+    for o in &args.output {
+        rendered.write(o, args.exposure)?;
+    }
+    if let Some(path) = &args.stats {
+        write_json(path, &rendered.report)?;
+    }
+    if !args.quiet {
+        eprintln!("{} parts, {} rounds", args.parts.len(), state.rounds());
+        if let Some(line) = rendered.report.error_line() {
+            eprintln!("{line}");
+        }
+    }
+    let impossible = rendered.report.faults_impossible();
+    if impossible > 0 {
+        eprintln!("error: {impossible} impossible values were met in the parts");
+        return Ok(ExitCode::from(3));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Reads all parts, one in memory at a time beside the sum.
+fn add_up(args: &MergeArgs) -> Result<(Identity, State), CliError> {
+    let (first, others) = args.parts.split_first().expect("clap asks for one");
+    let (identity, mut sum) = read_run(first)?;
+    for file in others {
+        let (found, state) = read_run(file)?;
+        refuse_others(file, &found, &identity)?;
+        sum.merge(state).map_err(|e| bad(file, e.0))?;
+    }
+    let missing: Vec<u32> = sum.shards().missing().collect();
+    if !missing.is_empty() {
+        let (names, of) = (list(missing.iter().copied()), sum.shards().of());
+        let text = format!("parts {names} of {of} are missing");
+        if !args.allow_missing {
+            return Err(CliError::Usage(format!(
+                "{text}; --allow-missing makes a noisier image without them"
+            )));
+        }
+        if args.checkpoint.is_some() {
+            return Err(CliError::Usage(format!(
+                "{text}: --checkpoint is for a whole render"
+            )));
+        }
+        eprintln!("warning: {text}");
+    }
+    Ok((identity, sum))
+}
+
+/// What makes the picture of a render that was done elsewhere.
+fn lab(i: &Identity, start: Instant) -> Result<Lab, String> {
+    let number = |s: &String| {
+        let found = s.parse::<f64>().ok().filter(|v| v.is_finite());
+        found.ok_or_else(|| format!("has a label with “{s}” for a number"))
+    };
+    let numbers = |all: &[String]| all.iter().map(number).collect::<Result<Vec<f64>, _>>();
+    let chains = i.chains.as_ref();
+    let target = match chains.map(|c| c.target.as_str()) {
+        Some("luminance") => Target::Luminance,
+        Some("bins") => Target::Bins,
+        _ => Target::Mixed,
+    };
+    let mut shares = Shares([0.0; Strategy::ALL.len()]);
+    if let Some(c) = chains {
+        let found = numbers(&c.mutate)?;
+        shares.0 = found
+            .try_into()
+            .map_err(|f: Vec<f64>| format!("has a label with {} shares", f.len()))?;
+    }
+    let grey = i.illuminant.as_deref().map(numbers).transpose()?;
+    Ok(Lab {
+        report: Report::of(i),
+        shares,
+        target,
+        bins: i.spectral.map(Bins::new),
+        grey: grey.map(GreyBins),
+        target_error: None,
+        scale: number(&i.film_scale)?,
+        begun: (start, super::report::processor_seconds()),
+    })
+}

@@ -1,0 +1,391 @@
+//! The command, stopped, killed, out of room, shared out.
+
+use assert_cmd::Command;
+use metrolux::output::read_image;
+use metrolux::sampling::Rng;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command as Process, Stdio};
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+/// A render of about a second: the arguments that all of one test's commands share.
+const WORK: [&str; 8] = [
+    "--resolution",
+    "48x36",
+    "--max-depth",
+    "6",
+    "--threads",
+    "1",
+    "--rounds",
+    "160",
+];
+
+fn scene() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-glass/cornell-glass.pbrt")
+}
+
+fn metrolux() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_metrolux"))
+}
+
+fn render(dir: &Path, more: &[&str]) -> Command {
+    let mut c = metrolux();
+    c.current_dir(dir).arg("render").arg(scene()).args(WORK);
+    c.args(more);
+    c
+}
+
+fn start(dir: &Path, more: &[&str]) -> Child {
+    let mut c = Process::new(env!("CARGO_BIN_EXE_metrolux"));
+    c.current_dir(dir).arg("render").arg(scene()).args(WORK);
+    c.args(more).stderr(Stdio::piped());
+    c.spawn().expect("the program starts")
+}
+
+fn signal(child: &Child, name: &str) {
+    let done = Process::new("kill")
+        .args([name, &child.id().to_string()])
+        .status();
+    assert!(done.expect("kill runs").success());
+}
+
+/// Pixels and error, bit for bit.
+fn bits(file: &Path) -> Vec<u32> {
+    let image = read_image(file).expect("an image");
+    image.rgb.iter().flatten().map(|v| v.to_bits()).collect()
+}
+
+fn folder() -> TempDir {
+    tempfile::tempdir().expect("a folder")
+}
+
+/// The image of a render that nobody touched.
+fn untouched(dir: &Path) -> Vec<u32> {
+    render(dir, &["-o", "whole.exr"]).assert().code(0);
+    bits(&dir.join("whole.exr"))
+}
+
+fn text(child: Child) -> (Option<i32>, String) {
+    let out = child.wait_with_output().expect("it ends");
+    (
+        out.status.code(),
+        String::from_utf8_lossy(&out.stderr).into_owned(),
+    )
+}
+
+/// Until the process catches signals, or has ended.
+fn wait_until_catching(child: &Child) {
+    let start = Instant::now();
+    loop {
+        let status = fs::read_to_string(format!("/proc/{}/status", child.id()));
+        let caught = status.unwrap_or_default();
+        let mask = caught.lines().find_map(|l| l.strip_prefix("SigCgt:"));
+        let mask = mask.and_then(|m| u64::from_str_radix(m.trim(), 16).ok());
+        // HUP is signal 1 and the last to be caught.
+        if mask.is_none_or(|m| m & 1 == 1) {
+            return;
+        }
+        assert!(start.elapsed() < Duration::from_secs(60), "signals kill it");
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+/// Until the checkpoint stands, so that signals are caught and there is something to stop.
+fn wait_for(file: &Path) {
+    let start = Instant::now();
+    while !file.exists() {
+        assert!(
+            start.elapsed() < Duration::from_secs(60),
+            "no {}",
+            file.display()
+        );
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+#[test]
+fn a_signal_stops_a_render_and_resume_ends_it() {
+    let dir = folder();
+    let dir = dir.path();
+    let whole = untouched(dir);
+    let kept = [
+        "-o",
+        "a.exr",
+        "--checkpoint",
+        "a.run",
+        "--every",
+        "10ms",
+        "--resume",
+    ];
+    for name in ["-TERM", "-INT"] {
+        let child = start(dir, &kept);
+        wait_until_catching(&child);
+        signal(&child, name);
+        let (code, said) = text(child);
+        assert_eq!(code, Some(75), "{said}");
+        assert!(said.contains("--resume goes on from a.run"), "{said}");
+        assert!(!dir.join("a.exr").exists(), "an image that is not done");
+    }
+    // HUP writes what there is and goes on.
+    let child = start(dir, &kept);
+    wait_until_catching(&child);
+    signal(&child, "-HUP");
+    let (code, said) = text(child);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(bits(&dir.join("a.exr")) == whole);
+    // Another number of threads, and nothing left to do.
+    fs::remove_file(dir.join("a.exr")).expect("there");
+    render(dir, &kept).arg("--quiet").assert().code(0);
+    assert!(bits(&dir.join("a.exr")) == whole);
+}
+
+#[test]
+fn without_a_checkpoint_a_signal_leaves_the_image_so_far() {
+    let dir = folder();
+    let dir = dir.path();
+    // Long enough to be met on the way by any machine.
+    let child = start(dir, &["-o", "a.exr", "--mutations", "1e5"]);
+    // `--rounds` and `--mutations` do not go together.
+    assert_eq!(text(child).0, Some(2));
+    let mut c = Process::new(env!("CARGO_BIN_EXE_metrolux"));
+    c.current_dir(dir).arg("render").arg(scene());
+    c.args(["--resolution", "16x12", "--time-limit", "1m", "-o", "a.exr"]);
+    let child = c.stderr(Stdio::piped()).spawn().expect("it starts");
+    wait_until_catching(&child);
+    signal(&child, "-TERM");
+    let (code, said) = text(child);
+    assert_eq!(code, Some(143), "{said}");
+    assert!(said.contains("the image so far was written"), "{said}");
+    assert_eq!(bits(&dir.join("a.exr")).len(), 16 * 12 * 3);
+}
+
+#[test]
+fn checkpoints_of_other_renders_are_refused_with_what_differs() {
+    let dir = folder();
+    let dir = dir.path();
+    let kept = ["-o", "a.exr", "--checkpoint", "a.run"];
+    let required = ["-o", "a.exr", "--checkpoint", "a.run", "--resume=require"];
+    let refused = |more: &[&str], all: &[&str], says: &[&str]| {
+        let done = render(dir, all).args(more).assert().code(2);
+        let said = String::from_utf8_lossy(&done.get_output().stderr).into_owned();
+        for s in says {
+            assert!(said.contains(s), "{s}: {said}");
+        }
+    };
+    refused(&[], &required, &["a.run is not there"]);
+    render(dir, &kept).assert().code(0);
+    refused(&[], &kept, &["a.run is there already", "--resume"]);
+    let seed = ["a.run: is of another render: seed is 1 there and 7 here"];
+    refused(&["--seed", "7"], &required, &seed);
+    let several = [
+        "max depth is 6 there and 5 here",
+        "direct is \"separate\" there",
+    ];
+    let mut other = vec!["--direct", "chain"];
+    other.extend(["-o", "b.exr"]);
+    let mut c = metrolux();
+    c.current_dir(dir).arg("render").arg(scene());
+    c.args([
+        "--resolution",
+        "48x36",
+        "--max-depth",
+        "5",
+        "--rounds",
+        "160",
+    ]);
+    let done = c.args(required).args(other).assert().code(2);
+    let said = String::from_utf8_lossy(&done.get_output().stderr).into_owned();
+    assert!(several.iter().all(|s| said.contains(s)), "{said}");
+    // Damage, one way and the other.
+    let bytes = fs::read(dir.join("a.run")).expect("there");
+    let mut flipped = bytes.clone();
+    flipped[bytes.len() / 2] ^= 16;
+    fs::write(dir.join("a.run"), flipped).expect("written");
+    refused(&[], &required, &["a.run: is damaged", "checksum"]);
+    fs::write(dir.join("a.run"), &bytes[..bytes.len() - 5]).expect("written");
+    refused(&[], &required, &["a.run: is cut short"]);
+    fs::write(dir.join("a.run"), "P6 1 1").expect("written");
+    refused(&[], &required, &["a.run: is no checkpoint"]);
+    // A folder that cannot be written to: before the render, not after it.
+    let mut c = render(dir, &["-o", "a.exr", "--checkpoint", "/proc/none/a.run"]);
+    c.assert().code(4);
+}
+
+/// Kills a render again and again at moments of a random walk until it ends by itself. `kills` at least; each kill may cost
+/// the work of one interval, no more: the rounds never fall behind a checkpoint that was seen.
+fn killed(kills: u32) {
+    let dir = folder();
+    let dir = dir.path();
+    let whole = untouched(dir);
+    let kept = [
+        "-o",
+        "a.exr",
+        "--checkpoint",
+        "a.run",
+        "--every",
+        "1ms",
+        "--resume",
+    ];
+    let mut rng = Rng::new(9, 9, 9, 9);
+    let (mut done, mut ends) = (0, 0);
+    while done < kills {
+        let mut child = start(dir, &kept);
+        let wait = Duration::from_secs_f64(0.02 + 0.4 * rng.next_f64());
+        std::thread::sleep(wait);
+        if child.try_wait().expect("it runs or has ended").is_none() {
+            child.kill().expect("it can be killed");
+            done += 1;
+        }
+        let (code, said) = text(child);
+        assert!(code.is_none() || code == Some(0), "{code:?}: {said}");
+        if code == Some(0) {
+            assert!(bits(&dir.join("a.exr")) == whole, "after {done} kills");
+            fs::remove_file(dir.join("a.exr")).expect("there");
+            fs::remove_file(dir.join("a.run")).expect("there");
+            ends += 1;
+        }
+    }
+    render(dir, &kept).assert().code(0);
+    assert!(bits(&dir.join("a.exr")) == whole, "after {done} kills");
+    // At most one temporary file of each kind was left by the last kill, and it is gone.
+    let names: Vec<_> = fs::read_dir(dir).expect("a folder").flatten().collect();
+    println!(
+        "{done} kills, {} whole renders, {} files",
+        ends + 1,
+        names.len()
+    );
+    let left = names.iter().filter(|n| n.file_name() == ".a.run.part");
+    assert_eq!(left.count(), 0);
+}
+
+#[test]
+fn a_dozen_kills_leave_no_trace() {
+    killed(12);
+}
+
+#[test]
+#[ignore = "minutes; make test-long"]
+fn two_hundred_kills_leave_no_trace() {
+    killed(200);
+}
+
+/// A file system of 900 KB is full before the second checkpoint: the render goes on and says so, the first one stays whole,
+/// and only the last one, which is asked for, is an error.
+#[test]
+fn a_full_disk_loses_no_checkpoint() {
+    let dir = folder();
+    let small = dir.path().join("small");
+    fs::create_dir(&small).expect("a folder");
+    let mount = Process::new("mount")
+        .args(["-t", "tmpfs", "-o", "size=900k", "none"])
+        .arg(&small)
+        .stderr(Stdio::null())
+        .status();
+    if !mount.is_ok_and(|s| s.success()) {
+        println!("skipped: a tmpfs cannot be mounted here");
+        return;
+    }
+    let whole = untouched(dir.path());
+    let at = |name: &str| small.join(name).to_string_lossy().into_owned();
+    let file = at("a.run");
+    let kept = ["-o", "a.exr", "--checkpoint", &file, "--every", "1ms"];
+    let child = start(dir.path(), &kept);
+    wait_for(Path::new(&file));
+    let filler = fs::write(at("filler"), vec![1; 2 << 20]);
+    let (code, said) = text(child);
+    let umount = || Process::new("umount").arg(&small).status();
+    if filler.is_ok() || code != Some(4) {
+        let _ = umount();
+        panic!("no full disk: {filler:?} {code:?} {said}");
+    }
+    assert!(
+        said.contains("warning") && said.contains("the render goes on"),
+        "{said}"
+    );
+    fs::remove_file(at("filler")).expect("there");
+    let done = render(dir.path(), &kept).arg("--resume=require").assert();
+    let done = done.get_output().clone();
+    let _ = umount();
+    assert_eq!(done.status.code(), Some(0), "{done:?}");
+    assert!(bits(&dir.path().join("a.exr")) == whole);
+}
+
+#[test]
+fn parts_of_a_render_are_merged_by_the_command() {
+    let dir = folder();
+    let dir = dir.path();
+    let whole = untouched(dir);
+    for k in ["1", "2", "3"] {
+        let name = format!("part.{k}");
+        let shard = format!("{k}/3");
+        render(dir, &["--shard", &shard, "-o", &name])
+            .assert()
+            .code(0);
+    }
+    let merge = |parts: &[&str], code: i32, says: &str| {
+        let mut c = metrolux();
+        c.current_dir(dir).arg("merge").args(parts);
+        let done = c.args(["-o", "m.exr"]).assert().code(code);
+        let said = String::from_utf8_lossy(&done.get_output().stderr).into_owned();
+        assert!(said.contains(says), "{says}: {said}");
+    };
+    merge(
+        &["part.3", "part.1", "part.2", "--checkpoint", "m.run"],
+        0,
+        "3 parts",
+    );
+    assert!(bits(&dir.join("m.exr")) == whole);
+    merge(
+        &["part.1", "part.2", "part.1"],
+        2,
+        "part.1: holds part 1/3, which is there",
+    );
+    merge(&["part.1", "part.3"], 2, "parts 2 of 3 are missing");
+    merge(
+        &["part.1", "part.3", "--allow-missing"],
+        0,
+        "parts 2 of 3 are missing",
+    );
+    assert!(bits(&dir.join("m.exr")) != whole);
+    let bytes = fs::read(dir.join("part.2")).expect("there");
+    fs::write(dir.join("short"), &bytes[..bytes.len() / 2]).expect("written");
+    merge(&["part.1", "short", "part.3"], 2, "short: is cut short");
+    let mut flipped = bytes;
+    let middle = flipped.len() / 2;
+    flipped[middle] ^= 1;
+    fs::write(dir.join("flip"), flipped).expect("written");
+    merge(&["part.1", "flip", "part.3"], 2, "flip: is damaged");
+    render(dir, &["--shard", "2/3", "-o", "other", "--seed", "5"])
+        .assert()
+        .code(0);
+    merge(
+        &["part.1", "other", "part.3"],
+        2,
+        "other: is of another render: seed is 5",
+    );
+    // A part is no image, and a time limit does not cut work in the same way everywhere.
+    render(dir, &["--shard", "1/3", "-o", "a.exr"])
+        .assert()
+        .code(2);
+    render(dir, &["--shard", "0/3", "-o", "part"])
+        .assert()
+        .code(2);
+    render(dir, &["--shard", "1/3", "-o", "p", "--target-error", "0.1"])
+        .assert()
+        .code(2);
+    // More work for the merged render, from its parts or from its checkpoint.
+    let longer = |from: &[&str], out: &str| {
+        let mut c = metrolux();
+        c.current_dir(dir).arg("render").arg(scene());
+        c.args(&WORK[..6])
+            .args(["--rounds", "170", "-o", out])
+            .args(from);
+        c.assert().code(0);
+        bits(&dir.join(out))
+    };
+    let new = longer(&[], "n.exr");
+    assert!(new != whole);
+    assert!(longer(&["--extend", "m.run"], "e.exr") == new);
+    assert!(longer(&["--extend", "part.2", "part.1", "part.3"], "e.exr") == new);
+}
