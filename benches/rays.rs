@@ -129,13 +129,25 @@ fn measure(c: &mut Criterion, name: &str, geometry: &Geometry, rays: &[(Ray, Kin
     let span = |i: usize| i * PIECE..(i + 1) * PIECE;
     let cost = overhead(
         (rays.len() / PIECE).min(200),
-        |i| embree.replay(&rays[span(i)], &kinds[span(i)]),
+        |i| embree.replay(&rays[span(i)], &kinds[span(i)], false),
         |i| by_trait(&embree, &rays[span(i)], &kinds[span(i)]),
     );
     eprintln!(
         "{name}: the trait costs {:+.2} % over the bare C loop",
         100.0 * cost
     );
+
+    if geometry.quadrics.is_empty() {
+        let cost = overhead(
+            (rays.len() / PIECE).min(200),
+            |i| embree.replay(&rays[span(i)], &kinds[span(i)], false),
+            |i| embree.replay(&rays[span(i)], &kinds[span(i)], true),
+        );
+        eprintln!(
+            "{name}: with denormal numbers flushed to zero the bare loop takes {:+.2} %",
+            100.0 * cost
+        );
+    }
 
     let mut group = c.benchmark_group(name);
     group
@@ -144,7 +156,7 @@ fn measure(c: &mut Criterion, name: &str, geometry: &Geometry, rays: &[(Ray, Kin
         .warm_up_time(Duration::from_secs(1))
         .measurement_time(Duration::from_secs(8));
     group.bench_function("bare C loop", |b| {
-        b.iter(|| black_box(embree.replay(black_box(&rays), &kinds)))
+        b.iter(|| black_box(embree.replay(black_box(&rays), &kinds, false)))
     });
     group.bench_function("trait", |b| {
         b.iter(|| black_box(by_trait(&embree, black_box(&rays), &kinds)))

@@ -33,7 +33,7 @@ fn render<A: Accel>(scene: &Scene, accel: &A, rounds: u64) -> MltResult {
 
 fn replay(embree: &Embree, rays: &[Ray], kinds: &[u8]) -> u64 {
     let pieces = rays.par_chunks(PIECE).zip(kinds.par_chunks(PIECE));
-    pieces.map(|(r, k)| embree.replay(r, k)).sum()
+    pieces.map(|(r, k)| embree.replay(r, k, false)).sum()
 }
 
 fn main() {

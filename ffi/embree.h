@@ -56,7 +56,9 @@ uint32_t mlx_nearest(RTCScene scene, uint32_t split, const mlx_ray *ray);
 bool mlx_occluded(RTCScene scene, const mlx_ray *ray);
 
 /* The bare loops that a benchmark compares with: one query a ray, kinds[i] 0 = nearest, 1 = occluded.
- * Returns the sum of the answers (primitive number, MLX_MISS, 0 or 1). */
-uint64_t mlx_replay(RTCScene scene, uint32_t split, const mlx_ray *rays, const uint8_t *kinds, size_t count);
+ * Returns the sum of the answers (primitive number, MLX_MISS, 0 or 1).
+ * flush: denormal numbers count as 0 in the loop, as Embree's makers advise; the mode is the caller's again behind it.
+ * Where a callback is run it would see that mode too, so it is for scenes without curved primitives. */
+uint64_t mlx_replay(RTCScene scene, uint32_t split, const mlx_ray *rays, const uint8_t *kinds, size_t count, bool flush);
 
 #endif

@@ -143,6 +143,8 @@ fn bench_accel_times_every_contender_on_the_same_rays() {
     assert!(file("bench-accel.html").matches("<svg").count() == sets.len() + 1);
     // What was saved is what was timed.
     let again = bench(folder.path(), &["--rays", "rays/cornell-mlt-any.rays"]);
+    let hills = bench(folder.path(), &["--terrain", "1000"]);
+    assert_eq!(hills["builds"][0]["primitives"], 1058);
     let row = &again["speeds"][0];
     assert_eq!(row["set"], "recorded-any");
     assert_eq!(row["hits"], speeds[4 * 8]["hits"]);
@@ -153,7 +155,7 @@ fn bench_accel_times_every_contender_on_the_same_rays() {
 fn rays_of_a_scene_are_checked_and_one_can_be_asked_again() {
     let run = |args: &[&str]| {
         let mut command = Command::cargo_bin("metrolux").expect("built with the tests");
-        let out = command.args(["check-rays", SCENE]).args(args).output();
+        let out = command.arg("check-rays").args(args).output();
         let out = out.expect("the program starts");
         let text = String::from_utf8_lossy(&out.stdout).into_owned();
         (
@@ -162,22 +164,24 @@ fn rays_of_a_scene_are_checked_and_one_can_be_asked_again() {
             String::from_utf8_lossy(&out.stderr).into_owned(),
         )
     };
-    let (code, text, _) = run(&["--count", "20000", "--json"]);
+    let (code, text, _) = run(&[SCENE, "--count", "20000", "--json"]);
     assert_eq!(code, Some(0), "{text}");
     let found: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     assert!(found["rays_closest"].as_u64() > Some(40_000), "{found}");
     assert!(found["rays_visibility"].as_u64() > Some(15_000), "{found}");
     assert_eq!(found["missed"], serde_json::json!([0, 0]));
-    let (code, text, _) = run(&["--ray", "any,0,0,-1e3,0,0,1,inf"]);
+    let (code, text, _) = run(&[SCENE, "--ray", "any,0,0,-1e3,0,0,1,inf"]);
     assert_eq!(code, Some(0));
     assert!(text.starts_with("1 rays asked of Embree"), "{text}");
+    let (code, text, _) = run(&["--terrain", "2000", "--count", "5000"]);
+    assert!(code == Some(0) && text.starts_with("10000 rays"), "{text}");
     for bad in [
         "any,0,0,0,0,0,0,inf",
         "any,1,2,3",
         "all,0,0,0,0,0,1,1",
         "closest,a,0,0,0,0,1,1",
     ] {
-        let (code, _, text) = run(&["--ray", bad]);
+        let (code, _, text) = run(&[SCENE, "--ray", bad]);
         assert_eq!(code, Some(2));
         assert!(text.contains("expected closest|any"), "{text}");
     }
@@ -242,5 +246,74 @@ fn bench_accel_says_what_it_cannot_read() {
         let text = String::from_utf8_lossy(&out.stderr);
         assert_eq!(out.status.code(), Some(2), "{out:?}");
         assert!(text.contains(expected), "{text}");
+    }
+}
+
+/// A mesh of ten million triangles through the whole program.
+#[test]
+#[ignore = "minutes; make test-long"]
+fn ten_million_triangles_load_build_and_render_within_8_gib() {
+    let folder = tempfile::tempdir().expect("a folder for temporary files");
+    let g = metrolux::study::bench_accel::terrain::terrain(10_000_000);
+    let (vertices, faces) = (g.positions.len() - 1, g.triangles.len());
+    let mut ply = format!(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {vertices}\nproperty float x\nproperty float y\n\
+         property float z\nelement face {faces}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    .into_bytes();
+    for p in &g.positions[..vertices] {
+        ply.extend(p.to_array().iter().flat_map(|v| v.to_le_bytes()));
+    }
+    for t in &g.triangles {
+        ply.push(3);
+        ply.extend(t.iter().flat_map(|v| v.to_le_bytes()));
+    }
+    drop(g);
+    std::fs::write(folder.path().join("hills.ply"), &ply).expect("written");
+    drop(ply);
+    let scene = r#"
+        LookAt 0.5 -0.6 1.3  0.5 0.5 0.5  0 0 1
+        Camera "perspective" "float fov" [45]
+        Film "rgb" "integer xresolution" [320] "integer yresolution" [240]
+        Integrator "path" "integer maxdepth" [4]
+        WorldBegin
+        LightSource "infinite" "rgb L" [0.4 0.45 0.6]
+        LightSource "distant" "point3 from" [1 -1 1] "point3 to" [0 0 0] "rgb L" [2 2 1.8]
+        Material "diffuse" "rgb reflectance" [0.5 0.4 0.3]
+        Shape "plymesh" "string filename" "hills.ply"
+    "#;
+    std::fs::write(folder.path().join("hills.pbrt"), scene).expect("written");
+    for accel in ["embree", "obvhs"] {
+        let out = Command::cargo_bin("metrolux")
+            .expect("built with the tests")
+            .args([
+                "render",
+                "hills.pbrt",
+                "--integrator",
+                "mlt",
+                "--mutations",
+                "10",
+            ])
+            .args(["--accel", accel, "-o", "hills.png", "--stats", "stats.json"])
+            .current_dir(folder.path())
+            .output()
+            .expect("the program starts");
+        assert!(out.status.success(), "{out:?}");
+        let stats = std::fs::read(folder.path().join("stats.json")).expect("written");
+        let stats: serde_json::Value = serde_json::from_slice(&stats).expect("JSON");
+        let number = |key: &str| stats[key].as_f64().expect(key);
+        println!(
+            "{accel}: {} triangles, load {:.1} s, build {:.1} s, render {:.1} s, peak {:.2} GiB",
+            stats["triangles"],
+            number("load_seconds"),
+            number("build_seconds"),
+            number("wall_seconds"),
+            number("peak_memory_bytes") / 2f64.powi(30)
+        );
+        assert!(number("triangles") >= 1e7);
+        assert!(
+            number("peak_memory_bytes") <= 8.0 * 2f64.powi(30),
+            "{stats:#}"
+        );
     }
 }

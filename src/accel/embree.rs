@@ -5,14 +5,13 @@
 #![allow(unsafe_code)]
 
 use super::fit::{padded_bounds, validate};
+use super::monitor::Monitor;
 use super::options::{EmbreeError, EmbreeOptions, Quality};
 use super::{Accel, Ray, quadric};
 use crate::scene::Geometry;
 use glam::Vec3;
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::ptr::{NonNull, null_mut};
-use std::sync::atomic::{AtomicIsize, Ordering};
-use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Declarations of ffi/embree.h, made by bindgen for the installed library.
@@ -28,26 +27,8 @@ mod sys {
     include!(concat!(env!("OUT_DIR"), "/embree.rs"));
 }
 
-/// What the library tells while it works. Its address is given away, so it lives in a box.
-#[derive(Default)]
-struct Monitor {
-    errors: Mutex<Vec<String>>,
-    bytes: AtomicIsize,
-    most: AtomicIsize,
-}
-
-impl Monitor {
-    /// The messages so far, as an error.
-    fn check(&self) -> Result<(), EmbreeError> {
-        let mut errors = self.errors.lock().unwrap_or_else(PoisonError::into_inner);
-        if errors.is_empty() {
-            return Ok(());
-        }
-        Err(EmbreeError::Refused(
-            std::mem::take(&mut *errors).join("; "),
-        ))
-    }
-}
+/// Hears which part of a build is done. It must not panic: C calls it.
+type Tell<'t> = &'t (dyn Fn(f64) + Sync);
 
 /// An Embree device with its callbacks. Released on drop, after the scenes made of it.
 struct Device {
@@ -107,6 +88,15 @@ unsafe impl Sync for Embree<'_> {}
 impl<'a> Embree<'a> {
     /// Builds over all primitives of `geometry`.
     pub fn new(geometry: &'a Geometry, options: EmbreeOptions) -> Result<Self, EmbreeError> {
+        Self::build(geometry, options, &|_| {})
+    }
+
+    /// The same; `tell` hears from the library's threads which part is done, from 0 to 1.
+    pub fn build(
+        geometry: &'a Geometry,
+        options: EmbreeOptions,
+        tell: Tell,
+    ) -> Result<Self, EmbreeError> {
         validate(geometry).map_err(EmbreeError::Geometry)?;
         super::surface::prepare(geometry);
         let start = Instant::now();
@@ -126,12 +116,12 @@ impl<'a> Embree<'a> {
             device,
             _user: user,
         };
-        built.fill(options)?;
+        built.fill(options, tell)?;
         built.build_time = start.elapsed();
         Ok(built)
     }
 
-    fn fill(&mut self, options: EmbreeOptions) -> Result<(), EmbreeError> {
+    fn fill(&mut self, options: EmbreeOptions, tell: Tell) -> Result<(), EmbreeError> {
         let scene = self.scene.as_ptr();
         let quality = match options.quality {
             Quality::Low => sys::RTC_BUILD_QUALITY_LOW,
@@ -153,8 +143,14 @@ impl<'a> Embree<'a> {
         // Both geometries are attached in this order even when empty: 0 is the triangles, 1 the quadrics.
         self.attach(sys::RTC_GEOMETRY_TYPE_TRIANGLE, 0)?;
         self.attach(sys::RTC_GEOMETRY_TYPE_USER, 1)?;
-        // SAFETY: the scene is alive; the buffers its geometries share are borrowed for longer than it lives.
-        unsafe { sys::rtcCommitScene(scene) };
+        // SAFETY: the scene is alive; the buffers its geometries share are borrowed for longer than it lives. `tell` is
+        // borrowed until the commit is over, and then the library forgets it; it may be called from any thread.
+        unsafe {
+            let user = (&raw const tell).cast_mut().cast::<c_void>();
+            sys::rtcSetSceneProgressMonitorFunction(scene, Some(on_progress), user);
+            sys::rtcCommitScene(scene);
+            sys::rtcSetSceneProgressMonitorFunction(scene, None, null_mut());
+        }
         self.device.monitor.check()
     }
 
@@ -233,7 +229,7 @@ impl<'a> Embree<'a> {
 
     /// Most bytes the library held at once, while it built.
     pub fn peak_bytes(&self) -> usize {
-        self.device.monitor.most.load(Ordering::Relaxed).max(0) as usize
+        self.device.monitor.most_bytes()
     }
 
     /// What the library has complained about since the last time, if anything.
@@ -243,8 +239,12 @@ impl<'a> Embree<'a> {
 
     /// The same queries in a bare C loop (kinds: 0 nearest, 1 occluded), to measure what everything around them costs.
     /// Returns the sum of the answers: primitive number, `u32::MAX` for none, 0 or 1.
-    pub fn replay(&self, rays: &[Ray], kinds: &[u8]) -> u64 {
+    ///
+    /// With `flush` denormal numbers count as 0 meanwhile. That mode must not be on while Rust code runs, so there may be
+    /// no quadrics, whose callbacks are Rust.
+    pub fn replay(&self, rays: &[Ray], kinds: &[u8], flush: bool) -> u64 {
         assert_eq!(rays.len(), kinds.len());
+        assert!(!flush || self.geometry.quadrics.is_empty());
         let split = self.geometry.triangles.len() as u32;
         // SAFETY: both arrays hold `rays.len()` elements, and Ray has the layout of mlx_ray (asserted below).
         unsafe {
@@ -254,6 +254,7 @@ impl<'a> Embree<'a> {
                 rays.as_ptr().cast(),
                 kinds.as_ptr(),
                 rays.len(),
+                flush,
             )
         }
     }
@@ -300,7 +301,7 @@ impl Accel for Embree<'_> {
     }
 
     fn memory_bytes(&self) -> usize {
-        self.device.monitor.bytes.load(Ordering::Relaxed).max(0) as usize
+        self.device.monitor.bytes()
     }
 }
 
@@ -324,18 +325,20 @@ unsafe extern "C" fn on_error(user: *mut c_void, code: sys::RTCError, text: *con
         };
         (&*user.cast::<Monitor>(), text)
     };
-    let mut errors = monitor
-        .errors
-        .lock()
-        .unwrap_or_else(PoisonError::into_inner);
-    errors.push(format!("{text} (code {code})"));
+    monitor.complain(format!("{text} (code {code})"));
 }
 
 unsafe extern "C" fn on_memory(user: *mut c_void, bytes: isize, _post: bool) -> bool {
     // SAFETY: `user` is the Monitor given with this callback.
     let monitor = unsafe { &*user.cast::<Monitor>() };
-    let now = monitor.bytes.fetch_add(bytes, Ordering::Relaxed) + bytes;
-    monitor.most.fetch_max(now, Ordering::Relaxed);
+    monitor.count(bytes);
+    true
+}
+
+unsafe extern "C" fn on_progress(user: *mut c_void, done: f64) -> bool {
+    // SAFETY: `user` is the Tell given with this callback, alive until the commit is over.
+    let tell = unsafe { &*user.cast::<Tell>() };
+    tell(done);
     true
 }
 

@@ -5,6 +5,7 @@ pub mod canonical;
 pub mod checked;
 pub mod embree;
 mod fit;
+mod monitor;
 pub mod obvhs;
 mod options;
 pub mod quadric;

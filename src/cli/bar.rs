@@ -3,9 +3,14 @@
 use crate::integrator::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
+use std::sync::{Mutex, PoisonError};
 
 /// A bar of 1000 ticks.
-pub struct Bar(ProgressBar);
+pub struct Bar {
+    bar: ProgressBar,
+    /// What it said before an acceleration structure was built; there is something only meanwhile.
+    before: Mutex<Option<String>>,
+}
 
 impl Bar {
     /// A visible bar if stderr is a terminal and `quiet` is not asked for.
@@ -21,22 +26,39 @@ impl Bar {
         bar.set_style(style.progress_chars("=> "));
         bar.set_message(what.to_owned());
         bar.enable_steady_tick(std::time::Duration::from_millis(250));
-        Self(bar)
+        Self {
+            bar,
+            before: Mutex::new(None),
+        }
     }
 
     /// Says what is being done now.
     pub fn say(&self, what: &str) {
-        self.0.set_message(what.to_owned());
+        self.bar.set_message(what.to_owned());
     }
 
     /// Removes the bar.
     pub fn finish(&self) {
-        self.0.finish_and_clear();
+        self.bar.finish_and_clear();
     }
 }
 
 impl Progress for Bar {
     fn update(&self, done: f64) {
-        self.0.set_position((done * 1000.0) as u64);
+        let mut before = self.before.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(what) = before.take() {
+            self.bar.set_message(what);
+            self.bar.reset();
+        }
+        self.bar.set_position((done * 1000.0) as u64);
+    }
+
+    fn building(&self, done: f64) {
+        let mut before = self.before.lock().unwrap_or_else(PoisonError::into_inner);
+        if before.is_none() {
+            *before = Some(self.bar.message());
+            self.bar.set_message("building");
+        }
+        self.bar.set_position((done * 1000.0) as u64);
     }
 }

@@ -12,7 +12,7 @@ use crate::study::bench_accel::machine::Machine;
 use crate::study::bench_accel::measure::{Clock, Patience};
 use crate::study::bench_accel::report::Report;
 use crate::study::bench_accel::sets::{RaySet, of_scene};
-use crate::study::bench_accel::{BenchError, Plan, bench, peak_of_build};
+use crate::study::bench_accel::{BenchError, Plan, bench, peak_of_build, terrain};
 use clap::Args;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -27,11 +27,14 @@ use std::time::Duration;
 #[derive(Args, Debug)]
 pub struct BenchAccelArgs {
     /// pbrt-v4 scene files
-    #[arg(required_unless_present = "rays")]
+    #[arg(required_unless_present_any = ["rays", "terrain"])]
     pub scenes: Vec<PathBuf>,
     /// Rays of an earlier run (--save-rays, or render --record-rays); the file holds its geometry too
     #[arg(long, value_name = "FILE")]
     pub rays: Vec<PathBuf>,
+    /// Hills of at least so many triangles, made on the spot, with random rays
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=200_000_000))]
+    pub terrain: Vec<u32>,
     /// Write each set of rays with its geometry into this folder, as SCENE-SET.rays, for use in other engines
     #[arg(long, value_name = "DIR")]
     pub save_rays: Option<PathBuf>,
@@ -141,18 +144,13 @@ pub fn run(args: &BenchAccelArgs, out: &mut dyn Write) -> Result<ExitCode, CliEr
         builds: Vec::new(),
         speeds: Vec::new(),
     };
-    let inputs = args.scenes.iter().map(|s| (s, true));
-    for (path, is_scene) in inputs.chain(args.rays.iter().map(|r| (r, false))) {
-        say(format!("{}: reading", path.display()));
-        let work = if is_scene {
-            from_scene(args, path)?
-        } else {
-            from_rays(path)?
-        };
-        if let Some(folder) = args.save_rays.as_ref().filter(|_| is_scene) {
+    for input in inputs(args) {
+        say(format!("{}: reading", input.name()));
+        let work = input.read(args)?;
+        if let Some(folder) = &args.save_rays {
             save(&work, folder)?;
         }
-        let peak = |c: &Contender, threads| measured_peak(args, path, is_scene, c, threads);
+        let peak = |c: &Contender, threads| measured_peak(args, &input, c, threads);
         bench(
             &work.name,
             &work.geometry,
@@ -186,24 +184,23 @@ fn failed(e: BenchError) -> CliError {
 /// What a build takes at most, in a process of its own whose allocator gives back at once what is freed.
 fn measured_peak(
     args: &BenchAccelArgs,
-    path: &Path,
-    is_scene: bool,
-    c: &Contender,
+    input: &Input,
+    contender: &Contender,
     threads: usize,
 ) -> Option<u64> {
     let mut command = std::process::Command::new(std::env::current_exe().ok()?);
     command
         .env("MALLOC_MMAP_THRESHOLD_", "65536")
         .env("MALLOC_TRIM_THRESHOLD_", "0")
-        .args(["bench-accel", "--quiet", "--peak", &c.key()])
-        .args(["--threads", &threads.to_string()]);
-    if args.lenient {
-        command.arg("--lenient");
-    }
-    if !is_scene {
-        command.arg("--rays");
-    }
-    let out = command.arg(path).output().ok()?;
+        .args(["bench-accel", "--quiet", "--peak", &contender.key()])
+        .args(["--threads", &threads.to_string()])
+        .args(args.lenient.then_some("--lenient"));
+    match input {
+        Input::Scene(path) => command.arg(path),
+        Input::Rays(path) => command.arg("--rays").arg(path),
+        Input::Terrain(n) => command.args(["--terrain", &n.to_string()]),
+    };
+    let out = command.output().ok()?;
     String::from_utf8(out.stdout).ok()?.trim().parse().ok()
 }
 
@@ -211,13 +208,8 @@ fn measured_peak(
 fn print_peak(args: &BenchAccelArgs, key: &str, out: &mut dyn Write) -> Result<ExitCode, CliError> {
     let contender = Contender::by_key(key)
         .ok_or_else(|| CliError::Usage(format!("found “{key}”, expected a contender")))?;
-    let geometry = match args.scenes.first() {
-        Some(path) => {
-            let lenient = args.lenient;
-            load_scene(path, &LoadOptions { lenient })?.geometry
-        }
-        None => from_rays(&args.rays[0])?.geometry,
-    };
+    let input = inputs(args).next().expect("clap asks for one");
+    let geometry = input.geometry(args)?;
     let threads = args.threads.first().map_or(1, |t| *t as usize);
     if let Some(bytes) = peak_of_build(&contender, &geometry, threads).map_err(failed)? {
         writeln!(out, "{bytes}").map_err(|e| not_writable(Path::new("stdout"), e))?;
@@ -238,41 +230,73 @@ fn stem(path: &Path) -> String {
         .into_owned()
 }
 
-fn from_scene(args: &BenchAccelArgs, path: &Path) -> Result<Work, CliError> {
-    let lenient = args.lenient;
-    let scene = load_scene(path, &LoadOptions { lenient })?;
-    let sets = {
-        let embree = Embree::new(&scene.geometry, EmbreeOptions::default())?;
-        of_scene(&scene, &embree, args.count as usize)
-    };
-    if sets.is_empty() {
-        let text = format!("{}: found no rays to trace", path.display());
-        return Err(CliError::Usage(text));
-    }
-    Ok(Work {
-        name: stem(path),
-        geometry: scene.geometry,
-        sets,
-    })
+/// Where geometry and rays come from.
+enum Input<'a> {
+    Scene(&'a Path),
+    Rays(&'a Path),
+    Terrain(u32),
 }
 
-fn from_rays(path: &Path) -> Result<Work, CliError> {
+fn inputs(args: &BenchAccelArgs) -> impl Iterator<Item = Input<'_>> {
+    let scenes = args.scenes.iter().map(|p| Input::Scene(p));
+    let rays = args.rays.iter().map(|p| Input::Rays(p));
+    let terrains = args.terrain.iter().map(|n| Input::Terrain(*n));
+    scenes.chain(rays).chain(terrains)
+}
+
+impl Input<'_> {
+    fn name(&self) -> String {
+        match self {
+            Self::Scene(path) | Self::Rays(path) => stem(path),
+            Self::Terrain(n) => format!("terrain-{n}"),
+        }
+    }
+
+    /// The geometry without rays.
+    fn geometry(&self, args: &BenchAccelArgs) -> Result<Geometry, CliError> {
+        let lenient = args.lenient;
+        Ok(match self {
+            Self::Scene(path) => load_scene(path, &LoadOptions { lenient })?.geometry,
+            Self::Rays(path) => read_rays(path)?.0,
+            Self::Terrain(n) => terrain::terrain(*n as usize),
+        })
+    }
+
+    fn read(&self, args: &BenchAccelArgs) -> Result<Work, CliError> {
+        let count = args.count as usize;
+        let (geometry, sets) = match self {
+            Self::Scene(path) => {
+                let lenient = args.lenient;
+                let scene = load_scene(path, &LoadOptions { lenient })?;
+                let sets = {
+                    let embree = Embree::new(&scene.geometry, EmbreeOptions::default())?;
+                    of_scene(&scene, &embree, count)
+                };
+                (scene.geometry, sets)
+            }
+            Self::Rays(path) => {
+                let (geometry, rays) = read_rays(path)?;
+                (geometry, RaySet::split("recorded", &rays))
+            }
+            Self::Terrain(n) => (terrain::terrain(*n as usize), terrain::rays(count)),
+        };
+        let name = self.name();
+        if sets.is_empty() {
+            return Err(CliError::Usage(format!("{name}: found no rays to trace")));
+        }
+        Ok(Work {
+            name,
+            geometry,
+            sets,
+        })
+    }
+}
+
+/// A ray file.
+pub(super) fn read_rays(path: &Path) -> Result<(Geometry, Vec<(Ray, Kind)>), CliError> {
     let bad = |e: std::io::Error| CliError::Usage(format!("{}: {e}", path.display()));
     let file = std::fs::File::open(path).map_err(bad)?;
-    let (geometry, rays) =
-        record::read(std::io::BufReader::with_capacity(1 << 20, file)).map_err(bad)?;
-    let sets = RaySet::split("recorded", &rays);
-    if sets.is_empty() {
-        return Err(CliError::Usage(format!(
-            "{}: found no rays, expected some",
-            path.display()
-        )));
-    }
-    Ok(Work {
-        name: stem(path),
-        geometry,
-        sets,
-    })
+    record::read(std::io::BufReader::with_capacity(1 << 20, file)).map_err(bad)
 }
 
 /// One file a scene and set: rays of different sets must not mix.

@@ -1,12 +1,14 @@
 //! `metrolux check-rays`.
 
 use super::CliError;
-use crate::accel::record::{self, Kind};
+use super::bench_accel::read_rays;
+use crate::accel::record::Kind;
 use crate::accel::{Accel, Checked, Disagreement, Embree, EmbreeOptions, Obvhs, Ray};
 use crate::output::ImageError;
 use crate::scene::Geometry;
 use crate::scene::load::{LoadOptions, load_scene};
-use crate::study::bench_accel::sets::of_scene;
+use crate::study::bench_accel::sets::{RaySet, of_scene};
+use crate::study::bench_accel::terrain;
 use clap::Args;
 use glam::Vec3;
 use rayon::prelude::*;
@@ -21,7 +23,11 @@ use std::process::ExitCode;
 #[derive(Args, Debug)]
 pub struct CheckRaysArgs {
     /// pbrt-v4 scene file, or a ray file (.rays) with its own geometry and rays
-    pub scene: PathBuf,
+    #[arg(required_unless_present = "terrain")]
+    pub scene: Option<PathBuf>,
+    /// Hills of at least so many triangles, made on the spot, with --count random rays of each kind
+    #[arg(long, value_name = "N", conflicts_with = "scene", value_parser = clap::value_parser!(u32).range(1..=200_000_000))]
+    pub terrain: Option<u32>,
     /// Ask only this ray, as a difference is printed: closest|any,ox,oy,oz,dx,dy,dz,tmax
     #[arg(long, value_name = "RAY", value_parser = ray, allow_hyphen_values = true)]
     pub ray: Vec<(Kind, Ray)>,
@@ -92,34 +98,33 @@ pub fn run(args: &CheckRaysArgs, out: &mut dyn Write) -> Result<ExitCode, CliErr
 }
 
 fn work(args: &CheckRaysArgs) -> Result<Disagreement, CliError> {
-    if args
-        .scene
-        .extension()
-        .is_some_and(|e| e == "rays" || e == "bin")
-    {
-        let bad = |e: std::io::Error| CliError::Usage(format!("{}: {e}", args.scene.display()));
-        let file = std::fs::File::open(&args.scene).map_err(bad)?;
-        let (geometry, rays) =
-            record::read(std::io::BufReader::with_capacity(1 << 20, file)).map_err(bad)?;
+    let given = |otherwise: Vec<(Kind, Ray)>| match args.ray.as_slice() {
+        [] => otherwise,
+        some => some.to_vec(),
+    };
+    let all = |sets: Vec<RaySet>| {
+        let rays = |s: RaySet| s.rays.into_iter().map(move |r| (s.kind, r));
+        sets.into_iter().flat_map(rays).collect()
+    };
+    let count = args.count as usize;
+    let Some(path) = &args.scene else {
+        let triangles = args.terrain.expect("clap asks for one of the two");
+        let geometry = terrain::terrain(triangles as usize);
+        return check(&geometry, |_| given(all(terrain::rays(count))));
+    };
+    if path.extension().is_some_and(|e| e == "rays" || e == "bin") {
+        let (geometry, rays) = read_rays(path)?;
         let rays: Vec<(Kind, Ray)> = rays.into_iter().map(|(r, k)| (k, r)).collect();
-        let given = if args.ray.is_empty() {
-            &rays
-        } else {
-            &args.ray
-        };
-        return check(&geometry, |_| given.clone());
+        return check(&geometry, |_| given(rays.clone()));
     }
     let lenient = args.lenient;
-    let scene = load_scene(&args.scene, &LoadOptions { lenient })?;
+    let scene = load_scene(path, &LoadOptions { lenient })?;
     check(&scene.geometry, |embree| {
-        if !args.ray.is_empty() {
-            return args.ray.clone();
+        if args.ray.is_empty() {
+            all(of_scene(&scene, embree, count))
+        } else {
+            args.ray.clone()
         }
-        let sets = of_scene(&scene, embree, args.count as usize);
-        let rays = sets
-            .into_iter()
-            .flat_map(|s| s.rays.into_iter().map(move |r| (s.kind, r)));
-        rays.collect()
     })
 }
 

@@ -138,11 +138,14 @@ pub fn render_watched(
     };
     let options = EmbreeOptions {
         robust: args.accel_precision == PrecisionArg::Robust,
+        // The library's own threads build while the pool's sleep.
+        threads: pool.current_num_threads(),
         ..EmbreeOptions::default()
     };
+    let embree = || Embree::build(&scene.geometry, options, &|done| progress.building(done));
     match (job.accel, &args.record_rays) {
         (AccelArg::Embree, file) => {
-            let accel = Embree::new(&scene.geometry, options)?;
+            let accel = embree()?;
             let told = told(accel.version());
             let Some(file) = file else {
                 return pool
@@ -156,7 +159,7 @@ pub fn render_watched(
             rendered
         }
         (AccelArg::Checked, None) => {
-            let embree = Embree::new(&scene.geometry, options)?;
+            let embree = embree()?;
             let version = embree.version();
             let obvhs = pool.install(|| Obvhs::new(&scene.geometry));
             let accel = Checked::new(embree, obvhs);

@@ -18,6 +18,8 @@ pub enum Budget {
 pub trait Progress: Sync {
     /// `done` runs from 0 to 1.
     fn update(&self, done: f64);
+    /// The same for the building of the acceleration structure, before the render.
+    fn building(&self, _done: f64) {}
 }
 
 /// Hears nothing.

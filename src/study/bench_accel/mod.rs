@@ -6,6 +6,7 @@ pub mod measure;
 mod page;
 pub mod report;
 pub mod sets;
+pub mod terrain;
 
 use crate::accel::EmbreeError;
 use crate::scene::Geometry;

@@ -89,7 +89,8 @@ pub fn of_scene<A: Accel>(scene: &Scene, accel: &A, count: usize) -> Vec<RaySet>
     sets
 }
 
-/// Camera rays through a grid of about `count` points of the image, square by square.
+/// Camera rays, one through each cell of a grid of about `count` over the image, square by square. Anywhere in the cell:
+/// on the grid itself they would run along edges of scenes that are as regular.
 fn primary<A: Accel>(world: &World<A>, count: usize) -> Vec<Ray> {
     let size = world.lens.hi - world.lens.lo;
     let step = (size.element_product() / count as f32).sqrt();
@@ -107,7 +108,8 @@ fn primary<A: Accel>(world: &World<A>, count: usize) -> Vec<Ray> {
             }
             let mut rng = Rng::new(1, STAGE, 0, (y * w + x) as u32);
             let lens: Vertex<1> = world.lens.sample_vertex(rng.next_vec2());
-            let at = (Vec2::new(x as f32, y as f32) + 0.5) / Vec2::new(w as f32, h as f32);
+            let at = Vec2::new(x as f32, y as f32) + rng.next_vec2();
+            let at = at / Vec2::new(w as f32, h as f32);
             let d = world.lens.direction(lens.p, world.lens.sample_raster(at));
             rays.push(Ray {
                 o: lens.p,
