@@ -1,6 +1,7 @@
 //! Who answers rays. A backend names the primitive; distance and barycentrics are recomputed by one routine that all
 //! backends share, so they give the same bits wherever they name the same primitive.
 
+mod asked;
 pub mod canonical;
 pub mod checked;
 pub mod embree;
@@ -20,6 +21,7 @@ mod tests;
 pub mod triangle;
 
 pub use self::obvhs::{Obvhs, ObvhsOptions};
+pub use asked::Asked;
 pub use canonical::closest;
 pub use checked::{Checked, Disagreement};
 pub use embree::Embree;

@@ -3,7 +3,7 @@
 use super::{ChainStats, Direct, MltOptions, Shares, Sink, TestImage};
 use crate::accel::Accel;
 use crate::mutation::{Context, Strategy, Workspace};
-use crate::path::{Path, Pool, World};
+use crate::path::{Ends, Path, Pool, Site, World};
 use crate::sampling::{Entries, Rng};
 use glam::Vec2;
 
@@ -22,6 +22,34 @@ pub struct Chain<const N: usize> {
     pub(super) suited: Option<Suited>,
     /// Counters.
     pub stats: ChainStats,
+    /// Generation, group, and number in the group, to tell where a fault was met.
+    pub id: [u32; 3],
+    /// Rejections in a row of each strategy's proposals.
+    pub(super) runs: [u64; Strategy::ALL.len()],
+    /// Impossible values met before this step.
+    faults: u64,
+}
+
+/// What a step decided.
+#[derive(Clone, Copy, Debug)]
+pub struct Turn {
+    /// The strategy that was chosen; none suits the current path x otherwise.
+    pub strategy: Option<Strategy>,
+    /// T(y→x)·τ(y) / (T(x→y)·τ(x)) without the choice of the strategy; `None` if no path y was made.
+    pub ratio: Option<f64>,
+    /// Sum of the shares of the strategies that suit x.
+    pub there: f64,
+    /// 1 over that of y; 0 if the strategy does not suit y.
+    pub back: f64,
+    /// I0 at x.
+    pub stay: f64,
+    /// I0 at y.
+    pub go: f64,
+    /// Probability of the move.
+    pub a: f64,
+    /// The chain moves.
+    pub accepted: bool,
+    at_y: Suited,
 }
 
 /// What a chain looks at while it steps.
@@ -113,6 +141,9 @@ impl<const N: usize> Chain<N> {
             stay: 0,
             suited: None,
             stats: ChainStats::default(),
+            id: [0; 3],
+            runs: [0; Strategy::ALL.len()],
+            faults: 0,
         }
     }
 
@@ -142,40 +173,76 @@ impl<const N: usize> Chain<N> {
     /// One step. `sink` receives what the step gives the image.
     #[inline]
     pub fn step<A: Accel>(&mut self, set: &Setting<A>, sink: &mut impl Sink<N>) {
+        let turn = self.turn(set);
+        self.settle(set, &turn, sink);
+    }
+
+    /// The first half of a step: a proposal, which then stands in [`Self::proposal`], and the decision on it.
+    #[inline(always)]
+    pub fn turn<A: Accel>(&mut self, set: &Setting<A>) -> Turn {
         self.rng.set_step(self.step);
         self.step += 1;
         let (x, pool) = (&self.x, &self.ws.pool);
         let at_x = *self.suited.get_or_insert_with(|| Suited::to(set, x, pool));
         let shares = &set.options.shares;
-        let mut accepted = false;
-        let mut a = 0.0;
         // Splats are f/τ, and the chain visits a path in proportion to τ/I0.
         let stay = set.i0(self.x.raster);
-        if at_x.0 != 0 {
-            let chosen = at_x.pick(shares, self.rng.next_f64());
-            let strategy = Strategy::ALL[chosen];
-            self.stats.strategies[chosen].proposed += 1;
-            self.ws.begin(&self.x);
-            let mut ctx = Context {
-                world: set.world,
-                rng: &mut self.rng,
-                entries: self.entries.as_mut(),
-                tally: &mut self.stats.tally,
-                indirect_only: set.options.direct == Direct::Separate,
-                weigh_deletions: set.options.weigh_deletions,
-            };
-            let ratio = strategy.propose(&mut self.x, &mut self.ws, &mut ctx);
-            if let Some(ratio) = ratio {
-                self.stats.strategies[chosen].constructed += 1;
-                let at_y = Suited::to(set, &self.ws.y, &self.ws.pool);
-                // No way back where the strategy does not suit y.
-                let back = (at_y.0 >> chosen & 1) as f64 / at_y.total(shares);
-                let go = set.i0(self.ws.y.raster);
-                let ratio = ratio * at_x.total(shares) * back * (stay / go);
-                if self.stats.tally.check(ratio) {
-                    a = ratio.min(1.0);
-                }
-                accepted = self.rng.next_f64() < a;
+        let mut turn = Turn {
+            strategy: None,
+            ratio: None,
+            there: at_x.total(shares),
+            back: 0.0,
+            stay,
+            go: stay,
+            a: 0.0,
+            accepted: false,
+            at_y: at_x,
+        };
+        if at_x.0 == 0 {
+            return turn;
+        }
+        let chosen = at_x.pick(shares, self.rng.next_f64());
+        let strategy = Strategy::ALL[chosen];
+        turn.strategy = Some(strategy);
+        self.stats.strategies[chosen].proposed += 1;
+        self.ws.begin(&self.x);
+        let mut ctx = Context {
+            world: set.world,
+            rng: &mut self.rng,
+            entries: self.entries.as_mut(),
+            tally: &mut self.stats.tally,
+            indirect_only: set.options.direct == Direct::Separate,
+            weigh_deletions: set.options.weigh_deletions,
+        };
+        turn.ratio = strategy.propose(&mut self.x, &mut self.ws, &mut ctx);
+        if let Some(ratio) = turn.ratio {
+            self.stats.strategies[chosen].constructed += 1;
+            turn.at_y = Suited::to(set, &self.ws.y, &self.ws.pool);
+            // No way back where the strategy does not suit y.
+            turn.back = (turn.at_y.0 >> chosen & 1) as f64 / turn.at_y.total(shares);
+            turn.go = set.i0(self.ws.y.raster);
+            let ratio = ratio * turn.there * turn.back * (stay / turn.go);
+            if self.stats.tally.check(ratio) {
+                turn.a = ratio.min(1.0);
+            }
+            turn.accepted = self.rng.next_f64() < turn.a;
+        }
+        turn
+    }
+
+    /// The second half of a step: what it gives the image, and the move.
+    #[inline(always)]
+    pub fn settle<A: Accel>(&mut self, set: &Setting<A>, turn: &Turn, sink: &mut impl Sink<N>) {
+        let Turn {
+            a,
+            accepted,
+            stay,
+            go,
+            ..
+        } = *turn;
+        if let Some(strategy) = turn.strategy {
+            let chosen = strategy as usize;
+            if turn.ratio.is_some() {
                 if set.options.expected_values {
                     self.pending += (1.0 - a) * stay;
                     if accepted {
@@ -190,16 +257,19 @@ impl<const N: usize> Chain<N> {
                     }
                     self.pending += if accepted { go } else { stay };
                 }
-                if accepted {
-                    self.stats.strategies[chosen].accepted += 1;
-                    self.ws.accept(&mut self.x);
-                    self.suited = Some(at_y);
-                }
             } else {
                 self.pending += stay;
             }
-            if !accepted {
+            if accepted {
+                self.stats.strategies[chosen].accepted += 1;
+                self.ws.accept(&mut self.x);
+                self.suited = Some(turn.at_y);
+                self.runs[chosen] = 0;
+            } else {
                 self.ws.reject();
+                self.runs[chosen] += 1;
+                let longest = &mut self.stats.strategies[chosen].longest_run;
+                *longest = (*longest).max(self.runs[chosen]);
             }
         } else {
             self.pending += stay;
@@ -210,6 +280,39 @@ impl<const N: usize> Chain<N> {
             self.stay += 1;
             self.stats.longest_stay = self.stats.longest_stay.max(self.stay);
         }
+        if self.stats.tally.impossible() != self.faults {
+            self.note(set.world, self.step - 1, 1);
+        }
+    }
+
+    /// Remembers that an impossible value was met in `steps` steps from `step` on.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn note<A: Accel>(&mut self, world: &World<A>, step: u64, steps: u64) {
+        self.faults = self.stats.tally.impossible();
+        let [generation, group, chain] = self.id;
+        world.sites.note(Site::Step {
+            generation,
+            group,
+            chain,
+            step,
+            steps,
+        });
+    }
+
+    /// The last proposal, while it is not settled.
+    pub fn proposal(&self) -> &Path<N> {
+        &self.ws.y
+    }
+
+    /// Which ends of the current path the last proposal keeps, while it is not settled.
+    pub fn kept(&self) -> Ends {
+        self.ws.ends
+    }
+
+    /// Steps made.
+    pub fn steps(&self) -> u64 {
+        self.step
     }
 
     /// Splats the current path's pending weight; at the end of a round.

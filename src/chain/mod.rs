@@ -1,5 +1,6 @@
 //! Markov chains: seeding, the step, blocks and their schedule.
 
+mod again;
 mod markov;
 mod options;
 mod schedule;
@@ -10,8 +11,10 @@ mod state_path;
 mod stats;
 mod sums;
 mod test_image;
+mod verify;
 
-pub use markov::{Chain, Setting};
+pub use again::{Given, Seen, Which, Witness, chain_again, step_seen};
+pub use markov::{Chain, Setting, Turn};
 pub use options::{Direct, MltOptions, Shares};
 pub use schedule::Mlt;
 pub use seeding::{Batch, Seed, replay, seed_group};
@@ -20,6 +23,7 @@ pub use state::Saved;
 pub use stats::{ChainStats, StrategyStats, read_tally, save_tally};
 pub use sums::{Shape, Sums};
 pub use test_image::TestImage;
+pub use verify::{Deviations, verify};
 
 /// Names of the random streams: one for each use, so that none ever overlap.
 pub mod stage {

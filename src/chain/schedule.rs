@@ -121,6 +121,7 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
                     );
                     buffers.turn_to(*group, groups);
                     let mut sink = FilmSink::new(buffers, (*b / unit) as f32);
+                    let first = chain.steps();
                     for _ in 0..now {
                         for _ in 0..set.options.round {
                             chain.step(&set, &mut sink);
@@ -135,6 +136,9 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
                     }
                     let (buffers, faults) = sink.finish();
                     chain.stats.tally += faults;
+                    if faults.impossible() > 0 {
+                        chain.note(set.world, first, chain.steps() - first);
+                    }
                     idle.put(buffers);
                 },
             );
@@ -273,6 +277,7 @@ pub(super) fn idle_chain<const N: usize, A: Accel>(
 ) -> Chain<N> {
     let id = index * options.chains + c;
     let mut chain = Chain::new(world.max_edges, Rng::new(seed, stage::CHAIN, group, id));
+    chain.id = [index, group, c];
     if let Some(e) = options.entries(&world.lens, seed, index, group, c) {
         chain.stratify(e);
     }

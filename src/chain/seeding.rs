@@ -2,7 +2,7 @@
 
 use super::{Direct, MltOptions, Setting, stage};
 use crate::accel::Accel;
-use crate::path::{Heuristic, Sampler, Tally, World};
+use crate::path::{Heuristic, Sampler, Site, Tally, World};
 use crate::sampling::Rng;
 
 /// A chosen start path: which sample, which strategy.
@@ -64,6 +64,7 @@ pub fn seed_group<const N: usize, A: Accel>(
     let mut chosen = Vec::with_capacity(options.seeds as usize);
     let (mut total, mut square) = (0.0f64, 0.0f64);
     for sample in 0..options.seeds {
+        let faults = tally.impossible();
         let mut rng = stream(seed, generation, group, sample);
         draw(world, &mut sampler, &mut rng, tally);
         let (mut weight, mut pick) = (0.0f64, Seed { sample, s: 0, t: 0 });
@@ -80,6 +81,13 @@ pub fn seed_group<const N: usize, A: Accel>(
                 };
             }
         });
+        if tally.impossible() != faults {
+            world.sites.note(Site::Seed {
+                generation,
+                group,
+                sample,
+            });
+        }
         if weight > 0.0 {
             total += weight;
             square += weight * weight;

@@ -207,6 +207,7 @@ impl<const N: usize> Chain<N> {
     fn save(&self, triangles: usize, w: &mut Writer) -> io::Result<()> {
         debug_assert_eq!(self.pending, 0.0, "a round is over");
         w.u64(self.stay)?;
+        self.runs.iter().try_for_each(|run| w.u64(*run))?;
         w.u64(self.entries.as_ref().map_or(0, |e| e.dealt))?;
         w.f32(self.x.lanes.u)?;
         w.f32(self.x.raster.x)?;
@@ -223,6 +224,9 @@ impl<const N: usize> Chain<N> {
         r: &mut Reader,
     ) -> Result<(), Malformed> {
         self.stay = r.u64()?;
+        for run in &mut self.runs {
+            *run = r.u64()?.min(u64::MAX / 2);
+        }
         let dealt = r.u64()?;
         // No chain deals more than one entry a step; larger numbers would wrap.
         if dealt > step || self.stay > u64::MAX / 2 {

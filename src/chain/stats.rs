@@ -15,6 +15,8 @@ pub struct StrategyStats {
     pub constructed: u64,
     /// Times its proposal was accepted.
     pub accepted: u64,
+    /// Most of its proposals that one chain rejected in a row, failed constructions counted.
+    pub longest_run: u64,
 }
 
 /// Counters of chains.
@@ -37,7 +39,7 @@ impl ChainStats {
     /// Writes the counters.
     pub fn save(&self, w: &mut Writer) -> io::Result<()> {
         for s in self.strategies {
-            for v in [s.proposed, s.constructed, s.accepted] {
+            for v in [s.proposed, s.constructed, s.accepted, s.longest_run] {
                 w.u64(v)?;
             }
         }
@@ -49,7 +51,12 @@ impl ChainStats {
     pub fn read(r: &mut Reader) -> Result<Self, Malformed> {
         let mut all = Self::default();
         for s in &mut all.strategies {
-            for v in [&mut s.proposed, &mut s.constructed, &mut s.accepted] {
+            for v in [
+                &mut s.proposed,
+                &mut s.constructed,
+                &mut s.accepted,
+                &mut s.longest_run,
+            ] {
                 *v = counter(r)?;
             }
         }
@@ -89,6 +96,7 @@ impl AddAssign for ChainStats {
             a.proposed += b.proposed;
             a.constructed += b.constructed;
             a.accepted += b.accepted;
+            a.longest_run = a.longest_run.max(b.longest_run);
         }
         self.tally += o.tally;
         self.longest_stay = self.longest_stay.max(o.longest_stay);

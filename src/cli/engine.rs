@@ -256,11 +256,13 @@ fn with_lanes<const N: usize, A: Accel>(
         }
     };
     let outcome = outcome.map_err(|e| watched.watcher.malformed(e))?;
-    Ok(lab.develop(outcome, &tally))
+    let mut rendered = lab.develop(outcome, &tally);
+    rendered.report.sites(world.sites.first());
+    Ok(rendered)
 }
 
 /// Settings of the chains of a job.
-fn chain_options(args: &RenderArgs, job: &Job) -> MltOptions {
+pub fn chain_options(args: &RenderArgs, job: &Job) -> MltOptions {
     args.tuning.apply(MltOptions {
         direct: match args.direct {
             DirectArg::Separate => Direct::Separate,

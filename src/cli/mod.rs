@@ -7,6 +7,7 @@ mod compare;
 mod engine;
 mod error;
 mod identity;
+mod inspect;
 mod job;
 mod keep;
 mod lab;
@@ -18,11 +19,14 @@ mod plan;
 mod plan_memory;
 mod render;
 mod render_args;
+mod replay;
+mod replay_text;
 mod report;
 mod signals;
 mod study;
 mod study_run;
 mod tuning;
+mod verify;
 mod watch;
 
 pub use error::CliError;
@@ -55,6 +59,10 @@ enum Command {
     Merge(merge::MergeArgs),
     /// Compare an image with a reference
     Compare(compare::CompareArgs),
+    /// Make a step of a chain again and print every quantity in it
+    Replay(Box<replay::ReplayArgs>),
+    /// Run chains with everything recomputed from scratch and every ray asked of two backends
+    Verify(Box<verify::VerifyArgs>),
     BenchAccel(bench_accel::BenchAccelArgs),
     CheckRays(check_rays::CheckRaysArgs),
     /// Show what accuracy costs in time, as a page
@@ -75,6 +83,8 @@ pub fn main() -> ExitCode {
         Command::Compare(args) => compare::run(&args, &mut std::io::stdout())
             .map(ExitCode::from)
             .map_err(CliError::from),
+        Command::Replay(args) => replay::run(&args, &mut std::io::stdout()),
+        Command::Verify(args) => verify::run(&args, &mut std::io::stdout()),
         Command::BenchAccel(args) => bench_accel::run(&args, &mut std::io::stdout()),
         Command::CheckRays(args) => check_rays::run(&args, &mut std::io::stdout()),
         Command::Study(args) => study::run(&args),

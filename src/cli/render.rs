@@ -4,7 +4,7 @@ use super::bar::Bar;
 use super::engine::{self, Prepared};
 use super::keep::{Ended, Keep};
 use super::render_args::RenderArgs;
-use super::{CliError, report};
+use super::{CliError, replay, report};
 use std::process::ExitCode;
 
 /// Runs the sub-command.
@@ -58,6 +58,9 @@ pub fn run(args: &RenderArgs) -> Result<ExitCode, CliError> {
         eprintln!(
             "error: {impossible} impossible values were met; see the fault counters in the stats"
         );
+        for site in report.fault_sites() {
+            eprintln!("{}", replay::told(site));
+        }
         return Ok(ExitCode::from(3));
     }
     Ok(code.map_or(ExitCode::SUCCESS, ExitCode::from))

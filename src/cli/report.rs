@@ -10,7 +10,7 @@ use crate::film::ErrorSummary;
 use crate::integrator::MltResult;
 use crate::mutation::Strategy;
 use crate::output::{Metadata, Window};
-use crate::path::Tally;
+use crate::path::{Site, Tally};
 use crate::scene::Scene;
 use crate::scene::spectrum::Target;
 use serde::Serialize;
@@ -51,6 +51,8 @@ pub struct Report {
     #[serde(skip_serializing_if = "Option::is_none")]
     checked: Option<Disagreement>,
     faults: BTreeMap<&'static str, u64>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    fault_sites: Vec<Site>,
 }
 
 /// The image's error; `relative` is null where it cannot be told.
@@ -83,6 +85,7 @@ struct StrategyReport {
     constructed: u64,
     accepted: u64,
     acceptance_rate: f64,
+    longest_run_of_rejections: u64,
 }
 
 impl Report {
@@ -167,6 +170,7 @@ impl Report {
                         constructed: c.constructed,
                         accepted: c.accepted,
                         acceptance_rate: rate,
+                        longest_run_of_rejections: c.longest_run,
                     };
                     (s.name(), r)
                 })
@@ -197,6 +201,16 @@ impl Report {
             ("infinite", t.fault_infinite),
             ("zero_density", t.fault_zero_density),
         ]);
+    }
+
+    /// Where impossible values were met.
+    pub fn sites(&mut self, sites: Vec<Site>) {
+        self.fault_sites = sites;
+    }
+
+    /// See [`Self::sites`].
+    pub fn fault_sites(&self) -> &[Site] {
+        &self.fault_sites
     }
 
     /// Faults that must not happen.

@@ -83,6 +83,7 @@ pub fn bdpt_kept<const N: usize, A: Accel>(
                 (Sampler::new(world.max_edges), Tally::default(), buffer)
             },
             |(sampler, tally, (buffer, squares, spectral)), s, rng, sum| {
+                let faults = tally.impossible();
                 sampler.sample(world, &s.lanes, s.raster, rng, tally);
                 sampler.join(
                     world,
@@ -111,6 +112,9 @@ pub fn bdpt_kept<const N: usize, A: Accel>(
                     },
                 );
                 squares.close();
+                if tally.impossible() != faults {
+                    world.sites.note(s.site(false));
+                }
             },
             |(_, t, buffer)| {
                 idle.put(buffer);

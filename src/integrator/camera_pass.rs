@@ -3,7 +3,7 @@
 use super::CameraSums;
 use crate::accel::Accel;
 use crate::film::{Bins, Crop, Filter, Malformed, Shards};
-use crate::path::{Tally, Vertex, World};
+use crate::path::{Site, Tally, Vertex, World};
 use crate::sampling::Rng;
 use crate::scene::spectrum::{Grey, Lanes, Spectrum, Target};
 use glam::Vec2;
@@ -17,6 +17,19 @@ pub struct CameraSample<const N: usize> {
     pub weight: f32,
     /// Wavelengths.
     pub lanes: Lanes<N>,
+    pixel: [u32; 2],
+    sample: u64,
+}
+
+impl<const N: usize> CameraSample<N> {
+    /// Where it belongs in the run.
+    pub fn site(&self, direct: bool) -> Site {
+        Site::Pixel {
+            direct,
+            pixel: self.pixel,
+            sample: self.sample,
+        }
+    }
 }
 
 /// What one camera sample gathers.
@@ -177,6 +190,8 @@ impl CameraPass {
                                 raster,
                                 weight,
                                 lanes,
+                                pixel: [x, y],
+                                sample: i,
                             },
                             &mut rng,
                             &mut gathered,

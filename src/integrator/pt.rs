@@ -76,6 +76,9 @@ pub fn add_samples<const N: usize, A: Accel>(
             radiance(world, palette, &lens, w, paths, rng, tally, |_, c| {
                 sum.add(c, &s.lanes, &mut faults);
             });
+            if faults.impossible() > 0 {
+                world.sites.note(s.site(paths == Paths::Direct));
+            }
             *tally += faults;
         },
         |(t, _)| *total.lock().expect("no thread panicked") += t,

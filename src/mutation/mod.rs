@@ -199,3 +199,28 @@ impl<A: Accel> Context<'_, A> {
             && y.measure(self.world, pool, self.tally)
     }
 }
+
+/// What a strategy returns when it makes y from x, from the paths alone.
+pub(crate) fn ratio<const N: usize, A: Accel>(
+    s: Strategy,
+    x: &Path<N>,
+    y: &Path<N>,
+    pool: &Pool<N>,
+    ends: Ends,
+    ctx: &Context<A>,
+) -> f64 {
+    match s {
+        Strategy::Bidirectional => {
+            Bidirectional::transition(y, x, ends, ctx) / Bidirectional::transition(x, y, ends, ctx)
+        }
+        Strategy::Lens => LensPerturbation::ratio(x, y, ends.light),
+        Strategy::Caustic => {
+            CausticPerturbation::ratio(ctx.world, x, y, pool, ends.light - 1).unwrap_or(0.0)
+        }
+        Strategy::MultiChain => MultiChainPerturbation::ratio(x, y, ends.light),
+        Strategy::LensSubpath => LensSubpath::ratio(x, y, pool, ends.light),
+        Strategy::Wavelength => {
+            Wavelength::ratio(Wavelength::form(ctx.world.dispersive, x, pool), x, y)
+        }
+    }
+}

@@ -90,6 +90,19 @@ impl Tally {
         }
     }
 
+    /// What was counted since `before`.
+    pub fn since(&self, before: &Self) -> Self {
+        Self {
+            rays_closest: self.rays_closest - before.rays_closest,
+            rays_visibility: self.rays_visibility - before.rays_visibility,
+            hits_clamped: self.hits_clamped - before.hits_clamped,
+            fault_nan: self.fault_nan - before.fault_nan,
+            fault_negative: self.fault_negative - before.fault_negative,
+            fault_infinite: self.fault_infinite - before.fault_infinite,
+            fault_zero_density: self.fault_zero_density - before.fault_zero_density,
+        }
+    }
+
     /// Faults that must not happen: the run then ends with the integrity exit code.
     pub fn impossible(&self) -> u64 {
         self.fault_nan + self.fault_negative + self.fault_infinite + self.fault_zero_density

@@ -1,6 +1,6 @@
 //! What every path of a render shares.
 
-use super::{Emitters, Kind, Lens, Tally, Vertex};
+use super::{Emitters, Kind, Lens, Sites, Tally, Vertex};
 use crate::accel::{Accel, Ray, offset_origin, visible};
 use crate::plan::{Effect, Plan};
 use crate::scene::spectrum::{Grey, Lanes, Target};
@@ -25,6 +25,8 @@ pub struct World<'a, A: Accel> {
     pub target: Target,
     /// The one wavelength that all paths carry, in a scene without colour.
     pub grey: Option<Grey>,
+    /// Where impossible values were met.
+    pub sites: Sites,
 }
 
 impl<'a, A: Accel> World<'a, A> {
@@ -39,6 +41,7 @@ impl<'a, A: Accel> World<'a, A> {
             max_edges: max_depth as usize + 1,
             target: Target::default(),
             grey: None,
+            sites: Sites::default(),
         }
     }
 

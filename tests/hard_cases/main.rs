@@ -5,6 +5,7 @@
 mod common;
 
 mod chains;
+mod faults;
 mod grazing;
 mod lights;
 mod lobes;

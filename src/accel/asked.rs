@@ -1,0 +1,31 @@
+//! A backend behind a pointer: for work that looks into a run beside it. Renders are compiled for each backend, and nothing they
+//! call is shared with this.
+
+use super::{Accel, Ray};
+use crate::scene::Geometry;
+
+/// Any backend.
+#[derive(Clone, Copy)]
+pub struct Asked<'a>(pub &'a dyn Accel);
+
+impl Accel for Asked<'_> {
+    fn geometry(&self) -> &Geometry {
+        self.0.geometry()
+    }
+
+    fn nearest(&self, ray: &Ray) -> Option<u32> {
+        self.0.nearest(ray)
+    }
+
+    fn occluded(&self, ray: &Ray) -> bool {
+        self.0.occluded(ray)
+    }
+
+    fn name(&self) -> String {
+        self.0.name()
+    }
+
+    fn memory_bytes(&self) -> usize {
+        self.0.memory_bytes()
+    }
+}

@@ -1,0 +1,111 @@
+//! `metrolux verify`: chains with everything recomputed from scratch, every ray asked of both backends.
+
+use super::CliError;
+use super::engine::Prepared;
+use super::inspect::{self, Work};
+use super::render_args::RenderArgs;
+use crate::accel::checked::Disagreement;
+use crate::accel::{Asked, Checked, Embree, Obvhs};
+use crate::chain::{Deviations, Setting, Which, Witness, chain_again, step_seen, verify};
+use crate::path::Tally;
+use clap::Args;
+use rayon::prelude::*;
+use std::io::Write;
+use std::process::ExitCode;
+
+/// Run chains with everything recomputed from scratch and every ray asked of two backends.
+///
+/// Takes the settings of a render. Ends with exit code 3 if something lies beyond its bound.
+#[derive(Args, Debug)]
+pub struct VerifyArgs {
+    #[command(flatten)]
+    render: RenderArgs,
+    /// Steps of each of 16 chains, one of every group
+    #[arg(long, default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..))]
+    steps: u64,
+}
+
+/// Runs the sub-command.
+pub fn run(args: &VerifyArgs, out: &mut impl Write) -> Result<ExitCode, CliError> {
+    let prepared = Prepared::new(&args.render)?;
+    let geometry = &prepared.scene.geometry;
+    let embree = Embree::new(geometry, inspect::embree_options(&args.render))?;
+    let both = Checked::new(embree, Obvhs::new(geometry));
+    let d = inspect::work_on(&args.render, &prepared, &both, Steps(args.steps))?;
+    let rays = both.disagreement();
+    let written = out.write_all(text(&d, &rays).as_bytes());
+    written.map_err(|e| CliError::Internal(format!("cannot print: {e}")))?;
+    let fine = d.fine() && rays.wrong() == 0;
+    if d.proposals == 0 {
+        eprintln!("warning: no chain made a proposal, so nothing was verified");
+    }
+    Ok(ExitCode::from(if fine { 0 } else { 3 }))
+}
+
+struct Steps(u64);
+
+impl Work for Steps {
+    type Out = Deviations;
+
+    fn run<const N: usize>(self, set: &Setting<Asked>, seed: u64) -> Deviations {
+        let of = |group: u32| {
+            let (mut d, mut tally) = (Deviations::default(), Tally::default());
+            let which = Which {
+                seed,
+                generation: 0,
+                group,
+                chain: 0,
+            };
+            if let Some(mut chain) = chain_again::<N, _>(set, which, &mut tally) {
+                let mut witness = Witness::new(set.world);
+                for _ in 0..self.0 {
+                    step_seen(&mut chain, set, &mut witness, |s| verify(set, s, &mut d));
+                    d.impossible +=
+                        witness.given.iter().filter(|g| g.fault.is_some()).count() as u64;
+                }
+            }
+            d.impossible += tally.impossible();
+            d
+        };
+        let groups = (0..set.options.groups).into_par_iter();
+        groups.map(of).reduce(Deviations::default, |mut a, b| {
+            a += b;
+            a
+        })
+    }
+}
+
+/// The findings.
+fn text(d: &Deviations, rays: &Disagreement) -> String {
+    let mut told = rays.lines();
+    // Ties and the like are only counted here; `check-rays` tells of each.
+    told.truncate(if rays.wrong() == 0 { 1 } else { told.len() });
+    let mark = |fine: bool| if fine { "" } else { "   <-- beyond its bound" };
+    format!(
+        "{} steps, {} proposals, {} vertices computed again\n\
+         carried quantities that differ from recomputed ones: {}, by {:e} at most (bound 0){}\n\
+         densities of both directions: {:.3} of their bound at most{}\n\
+         edges of paths that are blocked: {} (bound 0){}\n\
+         edges followed by a ray: {}, of which {} passed the other vertex at a grazed edge; the others hit it within {:.3} of \
+         what roundings explain\n\
+         impossible values: {} (bound 0){}\n\
+         {} (bound 0 missed, 0 false){}\n",
+        d.steps,
+        d.proposals,
+        d.links,
+        d.stale,
+        d.stale_by,
+        mark(d.stale == 0),
+        d.way_back,
+        mark(d.way_back <= 1.0),
+        d.blocked,
+        mark(d.blocked == 0),
+        d.followed,
+        d.missed,
+        d.missed_by,
+        d.impossible,
+        mark(d.impossible == 0),
+        told.join("\n  "),
+        mark(rays.wrong() == 0),
+    )
+}
