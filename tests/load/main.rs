@@ -1,9 +1,11 @@
 //! The reader of pbrt-v4 scenes, from the outside.
 
 mod camera;
+mod damage;
 mod errors;
 mod lights;
 mod materials;
+mod peak;
 mod ply;
 mod public_scenes;
 mod shapes;

@@ -10,6 +10,10 @@ use std::path::{Path, PathBuf};
 /// Most texels an image may claim: 12 bytes each, so 0.8 GB at most for one image.
 const MAX_TEXELS: u64 = 1 << 26;
 
+/// Most texels a byte of a file may claim. Deflate packs 1032 bytes into one, of eight texels each with one bit a texel: 8256;
+/// the other codecs pack less.
+const TEXELS_PER_BYTE: u64 = 16_384;
+
 /// How 8- and 16-bit values become linear light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Encoding {
@@ -84,11 +88,21 @@ fn decode(path: &Path, encoding: Encoding) -> std::result::Result<Image, String>
     }
 }
 
-fn bound(width: u64, height: u64) -> std::result::Result<(), String> {
-    if width == 0 || height == 0 || width.saturating_mul(height) > MAX_TEXELS {
+fn bound(width: u64, height: u64, bytes: u64) -> std::result::Result<(), String> {
+    let texels = width.saturating_mul(height);
+    if width == 0 || height == 0 || texels > MAX_TEXELS {
         return Err(format!("{width} × {height} texels"));
     }
+    if texels > bytes.saturating_mul(TEXELS_PER_BYTE) {
+        return Err(format!("{width} × {height} texels in {bytes} bytes"));
+    }
     Ok(())
+}
+
+fn length(path: &Path) -> std::result::Result<u64, String> {
+    std::fs::metadata(path)
+        .map(|m| m.len())
+        .map_err(|e| e.to_string())
 }
 
 fn decode_other(path: &Path, encoding: Encoding) -> std::result::Result<Image, String> {
@@ -98,7 +112,7 @@ fn decode_other(path: &Path, encoding: Encoding) -> std::result::Result<Image, S
         reader.with_guessed_format().map_err(|e| e.to_string())
     };
     let (width, height) = open()?.into_dimensions().map_err(|e| e.to_string())?;
-    bound(width.into(), height.into())?;
+    bound(width.into(), height.into(), length(path)?)?;
     let mut reader = open()?;
     let mut limits = image::Limits::default();
     limits.max_alloc = Some(32 * MAX_TEXELS);
@@ -134,12 +148,14 @@ fn decode_other(path: &Path, encoding: Encoding) -> std::result::Result<Image, S
 fn decode_exr(path: &Path) -> std::result::Result<Image, String> {
     use exr::prelude as e;
     let file = File::open(path).map_err(|e| e.to_string())?;
+    let bytes = length(path)?;
     let meta = exr::meta::MetaData::read_from_buffered(BufReader::new(file), false)
         .map_err(|e| e.to_string())?;
     for header in &meta.headers {
         bound(
             header.layer_size.width() as u64,
             header.layer_size.height() as u64,
+            bytes,
         )?;
         if let Some(c) = header.shared_attributes.chromaticities {
             // Rec. 709 primaries: what RGB means in this renderer.
