@@ -3,7 +3,7 @@ CARGO ?= cargo
 
 SCENE ?= scenes/ajar/ajar.pbrt
 
-.PHONY: all render test test-long bench replay lint deps clean
+.PHONY: all render study test test-long bench replay lint deps clean
 
 all: deps
 	$(CARGO) build --release
@@ -12,6 +12,14 @@ all: deps
 render: all
 	mkdir -p out
 	target/release/metrolux render scenes/ajar/ajar.pbrt -o out/ajar.exr -o out/ajar.png
+
+# What accuracy costs in time, a page for each of four scenes: out/study/NAME/index.html. Goes on where it stopped.
+STUDY_BUDGET ?= 10m
+study: all
+	for s in ajar/ajar caustic/caustic-x1 pool/pool cornell/cornell; do \
+		target/release/metrolux study scenes/$$s.pbrt -o out/study/$${s##*/} --budget $(STUDY_BUDGET) \
+			-- --resolution $$(case $$s in (ajar*) echo 128x72;; (*) echo 96x96;; esac) || exit; \
+	done
 
 test: deps
 	$(CARGO) test

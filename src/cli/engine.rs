@@ -10,11 +10,12 @@ use super::watch::{Unwatched, Watched, Watcher};
 use crate::accel::{Accel, Checked, Embree, EmbreeOptions, Obvhs, Recorder};
 use crate::chain::{Direct, MltOptions};
 use crate::film::Bins;
-use crate::integrator::{Bdpt, Outcome, Progress, Sampling, bdpt_kept, mlt_kept, pt_kept};
+use crate::integrator::{Bdpt, Budget, Outcome, Progress, Sampling, bdpt_kept, mlt_kept, pt_kept};
 use crate::output::{Image, ImageError, Layers, Metadata, SpectralBins, write_exr, write_png};
 use crate::path::{Heuristic, Tally, World};
 use crate::scene::load::{LoadOptions, load_scene};
 use crate::scene::{IntegratorKind, Scene};
+use crate::study::sums::mlt_with_sums;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -248,6 +249,18 @@ fn with_lanes<const N: usize, A: Accel>(
                 indirect_only: false,
             };
             bdpt_kept::<N, A>(what, how, progress, &mut tally, keeper).map(Outcome::Sampled)
+        }
+        IntegratorKind::Mlt if args.tuning.sums.is_some() => {
+            let (Some(sums), Budget::Rounds(n)) = (args.tuning.sums, job.stop.budget) else {
+                return Err(CliError::Internal("--sums came without --rounds".into()));
+            };
+            // Behind a table of functions: the step that every render makes is not compiled once more for it.
+            let any: &dyn Accel = accel;
+            let world = World::new(scene, &any, scene.settings.max_depth)
+                .with_target(job.target)
+                .with_plan(&job.plan);
+            let r = mlt_with_sums::<N, _>(&world, &options, n, args.seed, sums, &mut tally);
+            Ok(Outcome::Mlt(Box::new(r)))
         }
         IntegratorKind::Mlt => {
             let when = (job.stop, args.seed);

@@ -2,7 +2,7 @@
 
 use super::CliError;
 use super::plan::EffectArgs;
-use super::render_args::{AccelArg, IntegratorArg, RenderArgs, TargetArg};
+use super::render_args::{AccelArg, DirectArg, IntegratorArg, RenderArgs, TargetArg};
 use crate::film::Bins;
 use crate::integrator::{Budget, Stop};
 use crate::plan::{MOST_EDGES, Options, Plan};
@@ -131,8 +131,11 @@ impl Job {
         if args.two_stage && !is_mlt {
             return Err(usage("--two-stage is for --integrator mlt".into()));
         }
+        if args.tuning.sums.is_some() && matches!(args.direct, DirectArg::Separate) {
+            return Err(usage("--sums is for --direct chain".into()));
+        }
         if args.tuning != super::tuning::Tuning::default() && !is_mlt {
-            let text = "--plain-deletions, --no-expected-values, --no-stratification, --chains and --seeds are \
+            let text = "--plain-deletions, --no-expected-values, --no-stratification, --chains, --seeds and --sums are \
                         for --integrator mlt";
             return Err(usage(text.into()));
         }

@@ -17,6 +17,7 @@ mod mutate;
 mod parse;
 mod plan;
 mod plan_memory;
+mod predict;
 mod render;
 mod render_args;
 mod replay;
@@ -67,6 +68,8 @@ enum Command {
     CheckRays(check_rays::CheckRaysArgs),
     /// Show what accuracy costs in time, as a page
     Study(Box<study::StudyArgs>),
+    /// Tell how long a render will take to an error
+    Predict(Box<predict::PredictArgs>),
     /// Print shell completions
     Completions(manual::CompletionsArgs),
     /// Print the manual page (roff)
@@ -88,6 +91,7 @@ pub fn main() -> ExitCode {
         Command::BenchAccel(args) => bench_accel::run(&args, &mut std::io::stdout()),
         Command::CheckRays(args) => check_rays::run(&args, &mut std::io::stdout()),
         Command::Study(args) => study::run(&args),
+        Command::Predict(args) => predict::run(&args),
         Command::Completions(args) => manual::completions(&args),
         Command::Man => manual::man(),
     };

@@ -4,6 +4,7 @@ use super::CliError;
 use super::bar::Bar;
 use super::parse::{duration, positive_count};
 use super::render_args::RenderArgs;
+use super::signals::Signals;
 use super::study_run::{Runner, base};
 use crate::scene::IntegratorKind;
 use crate::study::axes::{Axis, AxisName, Ground, axis};
@@ -99,7 +100,8 @@ pub fn run(args: &StudyArgs) -> Result<ExitCode, CliError> {
         let warnings = &prepared.scene.warnings;
         warnings.iter().for_each(|w| eprintln!("warning: {w}"));
     }
-    let mut runner = Runner::new(args, &store, &prepared, start);
+    let signals = Signals::catch()?;
+    let mut runner = Runner::new(args, &store, &prepared, (start, &signals));
     let given = match (&args.reference, args.reference_time) {
         (Some(_), _) => 0.0,
         (_, Some(t)) => t.as_secs_f64(),

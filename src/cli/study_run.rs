@@ -4,6 +4,7 @@ use super::CliError;
 use super::bar::Bar;
 use super::compare::fit as fit_reference;
 use super::engine::{self, Prepared};
+use super::signals::Signals;
 use super::study::{Plan, StudyArgs, parse};
 use crate::integrator::{Progress, Quiet};
 use crate::mutation::Strategy;
@@ -15,12 +16,8 @@ use crate::study::record::{Point, Store};
 use crate::study::reference::{Reference, stated_errors};
 use crate::study::schedule::{Cost, LEVELS, even, seed};
 use serde::{Deserialize, Serialize};
-use signal_hook::consts::{SIGINT, SIGTERM};
-use signal_hook::flag;
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// Parts of a reference: their spread tells its noise, with three degrees of freedom.
@@ -81,12 +78,17 @@ pub struct Runner<'a> {
     scene_hash: String,
     start: Instant,
     pilots: Pilots,
-    stop: Arc<AtomicBool>,
+    signals: &'a Signals,
 }
 
 impl<'a> Runner<'a> {
-    /// For the scene as prepared; `start` is when the budget began.
-    pub fn new(args: &'a StudyArgs, store: &'a Store, prepared: &Prepared, start: Instant) -> Self {
+    /// For the scene as prepared; the budget began at `start`.
+    pub fn new(
+        args: &'a StudyArgs,
+        store: &'a Store,
+        prepared: &Prepared,
+        (start, signals): (Instant, &'a Signals),
+    ) -> Self {
         let scene_hash = format!("{:016x}", prepared.scene.hash);
         let pilots: Pilots = store.read_json("pilots.json").unwrap_or_default();
         let fits = |p: &Pilots| p.scene_hash == scene_hash;
@@ -97,7 +99,7 @@ impl<'a> Runner<'a> {
             scene_hash,
             start,
             pilots,
-            stop: interrupts(),
+            signals,
         }
     }
 
@@ -250,7 +252,7 @@ impl<'a> Runner<'a> {
         let rounds = even(cost.pace.work(seconds / PARTS as f64)).max(1);
         let (mut images, mut commands) = (Vec::new(), Vec::new());
         for part in 0..PARTS {
-            if self.stop.load(Ordering::Relaxed) {
+            if self.signals.stop().is_some() {
                 let text = "interrupted before the reference was whole; the same command goes on from here";
                 return Err(CliError::Stopped(text.into()));
             }
@@ -326,7 +328,7 @@ impl<'a> Runner<'a> {
                         refresh(study)?;
                         written = Instant::now();
                     }
-                    if self.stop.load(Ordering::Relaxed) {
+                    if self.signals.stop().is_some() {
                         return Ok(true);
                     }
                 }
@@ -334,17 +336,6 @@ impl<'a> Runner<'a> {
         }
         Ok(false)
     }
-}
-
-/// A flag that the first INT or TERM raises; the second one ends the process at once, with the files written so far.
-fn interrupts() -> Arc<AtomicBool> {
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
-        // Without it an interrupt ends the process as it would any other, and the folder is as whole as ever.
-        let _ = flag::register_conditional_shutdown(signal, 75, Arc::clone(&stop));
-        let _ = flag::register(signal, Arc::clone(&stop));
-    }
-    stop
 }
 
 fn rayon_threads(asked: usize) -> usize {

@@ -2,6 +2,7 @@
 //! `render` takes them, so that each of its points can be made again.
 
 use crate::chain::MltOptions;
+use crate::study::sums::Sums;
 use clap::Args;
 
 /// Hidden options of `render` (mlt).
@@ -22,6 +23,9 @@ pub struct Tuning {
     /// Seeding samples of each of the 16 groups
     #[arg(long, hide = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 24))]
     pub seeds: Option<u32>,
+    /// Add up the image in single precision (with --direct chain and --rounds)
+    #[arg(long, hide = true, value_enum, requires = "rounds", conflicts_with_all = ["two_stage", "spectral", "target_error"])]
+    pub sums: Option<Sums>,
 }
 
 impl Tuning {

@@ -49,4 +49,4 @@ pub struct Rendered {
 }
 
 /// Samples a pixel at which pt and bdpt first look at their error: with fewer its own estimate is worth little.
-const FIRST_LOOK: u64 = 16;
+pub const FIRST_LOOK: u64 = 16;

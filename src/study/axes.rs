@@ -25,11 +25,13 @@ pub enum AxisName {
     Chains,
     /// Number of seeding samples
     Seeds,
+    /// Sums of the image: exact, in single precision, compensated
+    Sums,
 }
 
 impl AxisName {
     /// All of them, what tells most first: with little time the last are left out.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Integrator,
         Self::Strategy,
         Self::Refinement,
@@ -38,6 +40,7 @@ impl AxisName {
         Self::Depth,
         Self::Chains,
         Self::Seeds,
+        Self::Sums,
     ];
 
     /// Its name on the command line.
@@ -51,6 +54,7 @@ impl AxisName {
             Self::Depth => "depth",
             Self::Chains => "chains",
             Self::Seeds => "seeds",
+            Self::Sums => "sums",
         }
     }
 
@@ -65,6 +69,7 @@ impl AxisName {
             Self::Depth => "How long need paths be?",
             Self::Chains => "How many chains?",
             Self::Seeds => "How many seeding samples?",
+            Self::Sums => "How should the image be added up?",
         }
     }
 }
@@ -115,6 +120,7 @@ pub fn axis(name: AxisName, ground: &Ground) -> Option<Axis> {
         AxisName::Accel => backends(ground),
         AxisName::Depth => depths(ground),
         AxisName::Chains => counts("--chains", "chains", 16, &[4, 64, 256]),
+        AxisName::Sums => sums(),
         AxisName::Seeds => counts("--seeds", "seeds", 4096, &[256, 1024, 16384]),
     };
     (settings.len() > 1).then_some(Axis { name, settings })
@@ -233,6 +239,21 @@ fn counts(option: &str, what: &str, usual: u32, others: &[u32]) -> Vec<Setting> 
     all
 }
 
+/// With all light in the chains, whose sums alone are in question.
+fn sums() -> Vec<Setting> {
+    let chain = ["--direct", "chain"];
+    let single = |name: &str, kind: &str| {
+        let mut s = mlt_with(name, &[&chain[..], &["--sums", kind]].concat());
+        s.biased = Some("rounding is lost for good where a small part meets a large sum".into());
+        s
+    };
+    vec![
+        mlt_with("exact", &[&chain[..], &["--sums", "exact"]].concat()),
+        single("single precision", "f32"),
+        single("compensated", "compensated"),
+    ]
+}
+
 /// The shared options without those that the setting gives itself, then the setting's.
 pub fn joined(shared: &[String], own: &[String]) -> Vec<String> {
     let is_option = |s: &str| s.starts_with("--") && s.len() > 2;
@@ -273,7 +294,9 @@ mod tests {
     fn every_axis_measures_by_the_default_render() {
         for name in AxisName::ALL {
             let a = axis(name, &ground()).expect("something to vary");
-            assert_eq!(a.settings[0].args, MLT, "{name:?}");
+            if name != AxisName::Sums {
+                assert_eq!(a.settings[0].args, MLT, "{name:?}");
+            }
             assert!(a.settings[0].biased.is_none());
             let mut args: Vec<_> = a.settings.iter().map(|s| &s.args).collect();
             args.sort();

@@ -1,8 +1,8 @@
 //! What a study found, in words and figures.
 
-use super::analyse::{Summary, TARGETS};
-use super::axes::Axis;
-use super::fit::Reach;
+use super::analyse::{Errors, Summary, TARGETS};
+use super::axes::{Axis, AxisName};
+use super::fit::{Reach, fit};
 use super::interval::Interval;
 use super::page::Study;
 use std::fmt::Write;
@@ -71,6 +71,9 @@ pub fn answers(study: &Study, summaries: &[Summary], axis: &Axis) -> Vec<String>
             said.push(format!("Error after {}: {}.", time(t), each.join(", ")));
         }
     }
+    if axis.name == AxisName::Integrator {
+        said.extend(veach(study, summaries, axis));
+    }
     let (mut slower, mut faster, mut same) = (Vec::new(), Vec::new(), Vec::new());
     for k in all.clone().skip(1) {
         // What has a floor never gets to the same error.
@@ -118,6 +121,41 @@ pub fn answers(study: &Study, summaries: &[Summary], axis: &Axis) -> Vec<String>
         }
     }
     said
+}
+
+/// Relative l1, l2 and l∞ of each setting over those of the first, after the same time: the figures of Veach and Guibas 1997.
+fn veach(study: &Study, summaries: &[Summary], axis: &Axis) -> Option<String> {
+    let t = study.common_time(axis)?;
+    let after = |k: usize, of: fn(&Errors) -> f64| {
+        let i = study.number(&axis.settings[k].args);
+        let points = study.points[i].iter();
+        let points: Vec<(f64, f64)> = points
+            .map(|j| (j.point.rounds as f64, of(&j.errors)))
+            .collect();
+        let line = fit(&points)?;
+        Some(line.error_at(summaries[i].pace.work(t)).value)
+    };
+    let norms: [fn(&Errors) -> f64; 3] = [|e| e.l1, |e| e.l2, |e| e.l_inf];
+    let each = (1..axis.settings.len()).filter_map(|k| {
+        let ratio = norms.map(|n| Some(after(k, n)? / after(0, n)?));
+        let [Some(l1), Some(l2), Some(l_inf)] = ratio else {
+            return None;
+        };
+        let name = &axis.settings[k].name;
+        Some(format!(
+            "{name} {}, {}, {}",
+            digits(l1),
+            digits(l2),
+            digits(l_inf)
+        ))
+    });
+    let each: Vec<String> = each.collect();
+    let first = &axis.settings[0].name;
+    let text = format!(
+        "Then relative l1, l2, l∞ over those of {first}: {}.",
+        each.join("; ")
+    );
+    (!each.is_empty()).then_some(text)
 }
 
 /// A time to reach an error.
