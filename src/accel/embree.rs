@@ -141,8 +141,8 @@ impl<'a> Embree<'a> {
             sys::rtcSetSceneBuildQuality(scene, quality);
         }
         // Both geometries are attached in this order even when empty: 0 is the triangles, 1 the quadrics.
-        self.attach(sys::RTC_GEOMETRY_TYPE_TRIANGLE, 0)?;
-        self.attach(sys::RTC_GEOMETRY_TYPE_USER, 1)?;
+        self.attach(sys::RTC_GEOMETRY_TYPE_TRIANGLE, 0, options.quality)?;
+        self.attach(sys::RTC_GEOMETRY_TYPE_USER, 1, options.quality)?;
         // SAFETY: the scene is alive; the buffers its geometries share are borrowed for longer than it lives. `tell` is
         // borrowed until the commit is over, and then the library forgets it; it may be called from any thread.
         unsafe {
@@ -154,7 +154,12 @@ impl<'a> Embree<'a> {
         self.device.monitor.check()
     }
 
-    fn attach(&mut self, kind: sys::RTCGeometryType, expected: u32) -> Result<(), EmbreeError> {
+    fn attach(
+        &mut self,
+        kind: sys::RTCGeometryType,
+        expected: u32,
+        quality: Quality,
+    ) -> Result<(), EmbreeError> {
         // SAFETY: the device is alive.
         let raw = unsafe { sys::rtcNewGeometry(self.device.raw.as_ptr(), kind) };
         let raw = NonNull::new(raw).ok_or_else(|| refusal(&self.device, "no geometry"))?;
@@ -189,6 +194,10 @@ impl<'a> Embree<'a> {
             } else {
                 let count = self.geometry.quadrics.len() as u32;
                 sys::mlx_set_user(g, &raw mut *self._user, count);
+            }
+            if quality == Quality::Low {
+                // The scene's own quality only chooses a tree of trees; Morton order is asked of each.
+                sys::rtcSetGeometryBuildQuality(g, sys::RTC_BUILD_QUALITY_LOW);
             }
             sys::rtcCommitGeometry(g);
             let id = sys::rtcAttachGeometry(self.scene.as_ptr(), g);
@@ -365,7 +374,7 @@ mod tests {
         let geometry = super::super::testing::icosphere(0);
         let mut built = Embree::new(&geometry, EmbreeOptions::default()).expect("builds");
         // No such kind of geometry.
-        let Err(EmbreeError::Refused(text)) = built.attach(9999, 2) else {
+        let Err(EmbreeError::Refused(text)) = built.attach(9999, 2, Quality::High) else {
             panic!("accepted");
         };
         assert!(text.contains("code"), "{text}");

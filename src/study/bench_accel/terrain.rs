@@ -97,8 +97,12 @@ mod tests {
         let found = checked.disagreement();
         println!("{triangles} triangles: {}", found.lines().join("\n"));
         assert_eq!(found.wrong(), 0, "{found:#?}");
-        // Each shared edge is as wide as the roundings are: ties grow with the number of edges a ray passes.
-        assert!(found.agreement() >= 0.99999, "{found:#?}");
+        // n rows, columns and diagonals make (2 + √2)·n of edges on the unit square. Who passes one within a rounding u·R
+        // of the coordinates, R < 2, on either side, may meet either face: no two engines agree on more than the rest.
+        let n = (triangles as f64 / 2.0).sqrt();
+        let strip = 2.0 * 2.0 * f32::EPSILON as f64 / 2.0;
+        let most = (2.0 + 2f64.sqrt()) * n * strip * 2.0 * count as f64;
+        assert!(found.different() as f64 <= most + 3.0, "{most}: {found:#?}");
     }
 
     #[test]
