@@ -109,6 +109,14 @@ impl Fit {
             return None;
         }
         let d = (error.ln() - self.y) / self.used;
+        let end = self.range[1].ln() - self.x;
+        if self.used < -0.5 && d > end {
+            // Steeper than √work is a start that is left behind; from the last measurement on, −1/2 is all there is.
+            let at_end = self.y + self.used * end;
+            let further = self.x + end + 2.0 * (at_end - error.ln());
+            let half = 2.0 * self.half(end);
+            return Some(self.reach(Interval::around(further, half).map(f64::exp)));
+        }
         let half = self.half(d) / self.used.abs();
         Some(self.reach(Interval::around(self.x + d, half).map(f64::exp)))
     }
@@ -223,6 +231,14 @@ mod tests {
         assert!(f.work_above(0.03, 0.09, 0.0016).is_none());
         let f = fit(&points(-0.3, 0.0, 1)).expect("a line");
         assert!((f.used + 0.3).abs() < 1e-12);
+        // Slope −1 up to a work of 16, where the error is 0.3/16; half of that takes four times the work, not twice.
+        let f = fit(&points(-1.0, 0.0, 1)).expect("a line");
+        let r = f.work_for(0.3 / 32.0).expect("it falls");
+        assert!(
+            (r.needed.value - 64.0).abs() < 1e-6 && r.extrapolated,
+            "{r:?}"
+        );
+        assert!((f.work_for(0.3 / 8.0).expect("it falls").needed.value - 8.0).abs() < 1e-9);
         assert!(fit(&points(-0.5, 0.0, 1)[..2]).is_none());
         assert!(fit(&[(1.0, 0.1), (1.0, 0.2), (1.0, 0.1)]).is_none());
         assert!(fit(&[(1.0, 0.1), (2.0, f64::NAN), (4.0, 0.0)]).is_none());

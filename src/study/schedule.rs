@@ -45,7 +45,8 @@ pub fn schedule(costs: &[Cost], repeats: usize, seconds: f64) -> Option<Schedule
         (s.seconds <= seconds && s.images() > 0).then_some(s)
     };
     // Bisection in the logarithm: the total grows with the longest time, in steps.
-    let (mut low, mut high) = (cheapest.max(1e-6), seconds.max(cheapest) * 2.0);
+    // A little more than one round of the cheapest, lest rounding make it less than one.
+    let (mut low, mut high) = ((1.01 * cheapest).max(1e-6), seconds.max(cheapest) * 2.0);
     let mut best = fits(low)?;
     for _ in 0..60 {
         let middle = (low * high).sqrt();
@@ -136,6 +137,14 @@ mod tests {
         assert!(s.rounds[1][0].is_none() && s.rounds[0][0].is_some());
         assert_eq!(s.images(), 3 * s.rounds.iter().flatten().flatten().count());
         assert!(schedule(&costs, 3, 1.0).is_none());
+        // Whatever the paces, enough time is enough.
+        for i in 1..500 {
+            let odd = [
+                cost(i as f64 * 0.0137, 0.0071 * i as f64),
+                cost(0.575_207_391, 0.093_984_258),
+            ];
+            assert!(schedule(&odd, 3, 1e4).is_some(), "{odd:?}");
+        }
     }
 
     #[test]

@@ -42,7 +42,8 @@ pub fn bounds(i: Interval, f: impl Fn(f64) -> String) -> String {
     format!("{} ({} to {})", f(i.value), f(i.low), f(i.high))
 }
 
-/// How much longer a setting takes than the axis's first for the same error.
+/// Squared error × time of a setting at its highest budget over that of the axis's first: how much longer it takes for the
+/// same error where both fall as 1/√time.
 pub fn longer(first: &Summary, other: &Summary) -> Option<Interval> {
     let (a, b) = (first.efficiency?, other.efficiency?);
     let half = |i: Interval| 0.5 * (i.high / i.low).ln();
@@ -91,21 +92,13 @@ pub fn answers(study: &Study, summaries: &[Summary], axis: &Axis) -> Vec<String>
             }
         }
     }
-    for (list, verb) in [(slower, "longer"), (faster, "less long")] {
+    for (list, which) in [(slower, "more"), (faster, "less"), (same, "not told apart")] {
         if !list.is_empty() {
-            let list = list.join(", ");
+            let (first, list) = (name(0), list.join(", "));
             said.push(format!(
-                "For the same error, {verb} than {}, in times of its time: {list}.",
-                name(0)
+                "Squared error × time at the highest budget over that of {first}, {which}: {list}."
             ));
         }
-    }
-    if !same.is_empty() {
-        said.push(format!(
-            "Not told from {} in time for the same error: {}.",
-            name(0),
-            same.join(", ")
-        ));
     }
     for k in all {
         if let Some(f) = of(k).parts.and_then(|p| p.floor()) {

@@ -131,7 +131,7 @@ pub fn costs(study: &Study, summaries: &[Summary], axis: &Axis) -> String {
                     Some(r) if k > 0 => {
                         let than = escape(&axis.settings[0].name);
                         format!(
-                            " title=\"{} times as long as {than} for the same error\"",
+                            " title=\"squared error × time {} times that of {than}\"",
                             bounds(r, digits)
                         )
                     }
