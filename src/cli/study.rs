@@ -38,7 +38,7 @@ pub struct StudyArgs {
     /// Integrator of the reference; auto takes mlt where the scene has specular surfaces, else what a pilot finds better
     #[arg(long, value_name = "NAME", default_value = "auto", value_parser = ["auto", "mlt", "bdpt", "pt"])]
     pub reference_integrator: String,
-    /// Time for everything, the reference included
+    /// Time for everything, the reference included; with --clock cpu it is counted by that clock
     #[arg(long, value_name = "TIME", value_parser = duration, default_value = "60s")]
     pub budget: Duration,
     /// Images of every setting and budget, each with a seed of its own
@@ -76,6 +76,8 @@ pub struct Plan {
     pub settings: Vec<Vec<String>>,
     /// Rounds.
     pub schedule: Schedule,
+    /// What each setting costs.
+    pub costs: Vec<Cost>,
     /// Axes there was no time for.
     pub left_out: Vec<AxisName>,
 }
@@ -126,8 +128,15 @@ pub fn run(args: &StudyArgs) -> Result<ExitCode, CliError> {
     );
     let done = runner.points(&plan, &mut study, &bar, |study| write(study, &store));
     bar.finish();
-    let stopped = done?;
+    let done = done?;
     write(&study, &store)?;
+    if done.left_out > 0 {
+        eprintln!(
+            "warning: {} images were left out to stay within the budget: this was slower than the pilots; the same command \
+             goes on",
+            done.left_out
+        );
+    }
     if let Some(line) = study.doubt() {
         eprintln!("warning: {line}");
     }
@@ -140,7 +149,7 @@ pub fn run(args: &StudyArgs) -> Result<ExitCode, CliError> {
             start.elapsed().as_secs_f64()
         );
     }
-    Ok(if stopped {
+    Ok(if done.stopped {
         ExitCode::from(75)
     } else {
         ExitCode::SUCCESS
@@ -165,6 +174,7 @@ fn make_plan(
     let (mut axes, mut settings, mut costs) =
         (Vec::new(), Vec::<Vec<String>>::new(), Vec::<Cost>::new());
     let mut left_out = Vec::new();
+    let mut spent = 0.0;
     for name in names {
         let Some(axis) = axis(*name, ground) else {
             if chosen {
@@ -181,11 +191,13 @@ fn make_plan(
         for s in &axis.settings {
             if !settings.contains(&s.args) {
                 settings.push(s.args.clone());
-                costs.push(runner.cost(&s.args)?);
+                let (cost, took) = runner.cost(&s.args)?;
+                costs.push(cost);
+                spent += took;
             }
         }
         axes.push(axis);
-        let left = (budget * (1.0 - RESERVE) - reference - runner.spent()).max(0.0);
+        let left = (budget * (1.0 - RESERVE) - reference - spent).max(0.0);
         let found_now = schedule(&costs, args.repeat, left);
         let worth = |s: &Schedule| chosen || found.is_none() || s.longest >= WORTH_WHILE;
         match found_now.filter(worth) {
@@ -196,6 +208,7 @@ fn make_plan(
                     axes,
                     settings,
                     schedule,
+                    costs: Vec::new(),
                     left_out,
                 });
             }
@@ -212,7 +225,7 @@ fn make_plan(
                     0.0
                 };
                 let given = if part > 0.0 { 0.0 } else { reference };
-                let need = (least + given + runner.spent()) / (1.0 - RESERVE - part);
+                let need = (least + given + spent) / (1.0 - RESERVE - part);
                 return Err(CliError::Usage(format!(
                     "--budget {budget:.0}s is too short for {} settings with {} repeats: expected at least about {:.0}s \
                      (or fewer --repeat, or -- --resolution for smaller images)",
@@ -230,8 +243,9 @@ fn make_plan(
         }
     }
     let mut plan = found.ok_or_else(|| CliError::Usage("nothing to vary".into()))?;
+    plan.costs.clone_from(&costs);
     // Pilots of axes that were left out have cost time too.
-    let left = (budget * (1.0 - RESERVE) - reference - runner.spent()).max(0.0);
+    let left = (budget * (1.0 - RESERVE) - reference - spent).max(0.0);
     if let Some(s) = schedule(&costs, args.repeat, left) {
         plan.schedule = s;
     }

@@ -12,7 +12,7 @@ use crate::output::{Image, check_writable, read_windowed};
 use crate::study::axes::joined;
 use crate::study::fit::Pace;
 use crate::study::page::{Facts, Study};
-use crate::study::record::{Point, Store};
+use crate::study::record::{Clock, Point, Store};
 use crate::study::reference::{Reference, stated_errors};
 use crate::study::schedule::{Cost, LEVELS, even, seed};
 use serde::{Deserialize, Serialize};
@@ -67,6 +67,8 @@ struct Pilots {
 struct Pilot {
     pace: Pace,
     around: f64,
+    /// Seconds that the pilots took.
+    took: f64,
     /// Squared relative error of one round by its own account, if it could be told.
     square: Option<f64>,
 }
@@ -76,18 +78,18 @@ pub struct Runner<'a> {
     args: &'a StudyArgs,
     store: &'a Store,
     scene_hash: String,
-    start: Instant,
     pilots: Pilots,
+    begun: Instant,
     signals: &'a Signals,
 }
 
 impl<'a> Runner<'a> {
-    /// For the scene as prepared; the budget began at `start`.
+    /// For the scene as prepared.
     pub fn new(
         args: &'a StudyArgs,
         store: &'a Store,
         prepared: &Prepared,
-        (start, signals): (Instant, &'a Signals),
+        (begun, signals): (Instant, &'a Signals),
     ) -> Self {
         let scene_hash = format!("{:016x}", prepared.scene.hash);
         let pilots: Pilots = store.read_json("pilots.json").unwrap_or_default();
@@ -97,15 +99,10 @@ impl<'a> Runner<'a> {
             args,
             store,
             scene_hash,
-            start,
             pilots,
+            begun,
             signals,
         }
-    }
-
-    /// Seconds of the budget that are gone.
-    pub fn spent(&self) -> f64 {
-        self.start.elapsed().as_secs_f64()
     }
 
     fn command(&self, setting: &[String], rounds: u64, seed: u64) -> Vec<String> {
@@ -116,10 +113,13 @@ impl<'a> Runner<'a> {
         all
     }
 
-    /// What a setting costs, from renders of one round and of a few.
-    pub fn cost(&mut self, setting: &[String]) -> Result<Cost, CliError> {
-        let Pilot { pace, around, .. } = self.pilot(setting)?;
-        Ok(Cost { pace, around })
+    /// What a setting costs, from renders of one round and of a few, and the seconds that these took: when they were
+    /// made, so that a study that goes on plans what it did at first.
+    pub fn cost(&mut self, setting: &[String]) -> Result<(Cost, f64), CliError> {
+        let Pilot {
+            pace, around, took, ..
+        } = self.pilot(setting)?;
+        Ok((Cost { pace, around }, took))
     }
 
     fn pilot(&mut self, setting: &[String]) -> Result<Pilot, CliError> {
@@ -127,6 +127,7 @@ impl<'a> Runner<'a> {
         if let Some(pilot) = self.pilots.found.get(&key) {
             return Ok(*pilot);
         }
+        let start = Instant::now();
         let mut square = None;
         let mut times = Vec::new();
         let mut around = 0.0f64;
@@ -137,10 +138,10 @@ impl<'a> Runner<'a> {
             let begin = Instant::now();
             let command = self.command(setting, rounds, 1);
             let (point, _) = self.render(&command, rounds, 1, 0, None, &Quiet)?;
-            let seconds = point.wall_seconds.max(1e-6);
+            let seconds = point.seconds(self.args.clock).max(1e-6);
             times.push((rounds as f64, seconds));
             square = point.claimed.map(|e| e * e * rounds as f64).or(square);
-            around = around.max(begin.elapsed().as_secs_f64() - seconds);
+            around = around.max(begin.elapsed().as_secs_f64() - point.wall_seconds);
             rounds = even((rounds as f64 * (PILOT / seconds).clamp(2.0, 64.0)).max(2.0));
         }
         let pace = Pace::of(&times);
@@ -149,6 +150,7 @@ impl<'a> Runner<'a> {
             pace,
             around,
             square,
+            took: start.elapsed().as_secs_f64(),
         };
         self.pilots.found.insert(key, pilot);
         self.store
@@ -248,7 +250,7 @@ impl<'a> Runner<'a> {
         }
         let integrator = self.reference_integrator(prepared)?;
         let setting = ["--integrator".to_owned(), integrator.clone()];
-        let cost = self.cost(&setting)?;
+        let (cost, _) = self.cost(&setting)?;
         let rounds = even(cost.pace.work(seconds / PARTS as f64)).max(1);
         let (mut images, mut commands) = (Vec::new(), Vec::new());
         for part in 0..PARTS {
@@ -288,14 +290,15 @@ impl<'a> Runner<'a> {
         }
     }
 
-    /// Renders what the plan says, lowest budgets first, and calls `refresh` now and then. True if an interrupt ended it.
+    /// Renders what the plan says, lowest budgets first, and calls `refresh` now and then. Images that would not end
+    /// within the budget are left out.
     pub fn points(
         &self,
         plan: &Plan,
         study: &mut Study,
         bar: &Bar,
         mut refresh: impl FnMut(&Study) -> Result<(), crate::output::ImageError>,
-    ) -> Result<bool, CliError> {
+    ) -> Result<Done, CliError> {
         // A level costs twice the one below it.
         let weight = |level: usize| 2f64.powi(level as i32);
         let each = |r: &Vec<Option<u64>>| {
@@ -303,6 +306,7 @@ impl<'a> Runner<'a> {
             levels.map(|(level, _)| weight(level)).sum::<f64>()
         };
         let total = plan.schedule.rounds.iter().map(each).sum::<f64>() * self.args.repeat as f64;
+        let mut ended = Done::default();
         let (mut done, mut written) = (0.0, Instant::now());
         for level in 0..LEVELS {
             for repeat in 0..self.args.repeat {
@@ -310,6 +314,15 @@ impl<'a> Runner<'a> {
                     let Some(rounds) = plan.schedule.rounds[i][level] else {
                         continue;
                     };
+                    let seconds = plan.costs[i].pace.seconds(rounds as f64);
+                    let late = self.begun.elapsed().as_secs_f64() + seconds;
+                    let command = self.command(setting, rounds, seed(rounds, repeat));
+                    let kept = self.store.image_file(&command, &self.scene_hash).exists();
+                    let watched = self.args.clock == Clock::Wall;
+                    if watched && late > self.args.budget.as_secs_f64() && !kept {
+                        ended.left_out += 1;
+                        continue;
+                    }
                     bar.say(&format!(
                         "budget {} of {LEVELS}, repeat {}",
                         level + 1,
@@ -329,12 +342,13 @@ impl<'a> Runner<'a> {
                         written = Instant::now();
                     }
                     if self.signals.stop().is_some() {
-                        return Ok(true);
+                        ended.stopped = true;
+                        return Ok(ended);
                     }
                 }
             }
         }
-        Ok(false)
+        Ok(ended)
     }
 }
 
@@ -344,6 +358,15 @@ fn rayon_threads(asked: usize) -> usize {
     } else {
         std::thread::available_parallelism().map_or(1, usize::from)
     }
+}
+
+/// How the points came to an end.
+#[derive(Default)]
+pub struct Done {
+    /// An interrupt ended them.
+    pub stopped: bool,
+    /// Images there was no time for.
+    pub left_out: usize,
 }
 
 /// A render's progress as a part of the study's.
