@@ -1,7 +1,8 @@
 //! The command, stopped, killed, out of room, shared out.
 
 use assert_cmd::Command;
-use metrolux::output::read_image;
+use metrolux::integrator::State;
+use metrolux::output::{RunFile, read_image};
 use metrolux::sampling::Rng;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -212,8 +213,18 @@ fn checkpoints_of_other_renders_are_refused_with_what_differs() {
     c.assert().code(4);
 }
 
-/// Kills a render again and again at moments of a random walk until it ends by itself. `kills` at least; each kill may cost
-/// the work of one interval, no more: the rounds never fall behind a checkpoint that was seen.
+/// Rounds that a checkpoint holds; it must be whole.
+fn rounds(file: &Path) -> u64 {
+    if !file.exists() {
+        return 0;
+    }
+    let run = RunFile::read(file).expect("a whole checkpoint");
+    State::read(&mut run.run()).expect("a state").rounds()
+}
+
+/// Kills a render `kills` times at random moments: one time in four anywhere from its start on, else some time after it has
+/// written a checkpoint of its own. The checkpoint is whole each time and never falls back, and each render that comes to
+/// its end has the image of one that nobody touched.
 fn killed(kills: u32) {
     let dir = folder();
     let dir = dir.path();
@@ -227,36 +238,43 @@ fn killed(kills: u32) {
         "1ms",
         "--resume",
     ];
+    let (file, image) = (dir.join("a.run"), dir.join("a.exr"));
+    let written = || fs::metadata(&file).and_then(|m| m.modified()).ok();
     let mut rng = Rng::new(9, 9, 9, 9);
-    let (mut done, mut ends) = (0, 0);
+    let (mut done, mut ends, mut seen) = (0, 0, 0);
     while done < kills {
+        let before = written();
         let mut child = start(dir, &kept);
-        let wait = Duration::from_secs_f64(0.02 + 0.4 * rng.next_f64());
-        std::thread::sleep(wait);
-        if child.try_wait().expect("it runs or has ended").is_none() {
+        let mut runs = || child.try_wait().expect("it runs or has ended").is_none();
+        if rng.next_f64() < 0.25 {
+            std::thread::sleep(Duration::from_secs_f64(0.2 * rng.next_f64()));
+        } else {
+            while runs() && written() == before {
+                std::thread::sleep(Duration::from_millis(1));
+            }
+            std::thread::sleep(Duration::from_secs_f64(0.1 * rng.next_f64()));
+        }
+        if runs() {
             child.kill().expect("it can be killed");
             done += 1;
         }
         let (code, said) = text(child);
         assert!(code.is_none() || code == Some(0), "{code:?}: {said}");
+        let now = rounds(&file);
+        assert!(now >= seen, "{now} rounds after {seen}");
+        seen = now;
         if code == Some(0) {
-            assert!(bits(&dir.join("a.exr")) == whole, "after {done} kills");
-            fs::remove_file(dir.join("a.exr")).expect("there");
-            fs::remove_file(dir.join("a.run")).expect("there");
-            ends += 1;
+            assert!(bits(&image) == whole, "after {done} kills");
+            fs::remove_file(&image).expect("there");
+            fs::remove_file(&file).expect("there");
+            (ends, seen) = (ends + 1, 0);
         }
     }
     render(dir, &kept).assert().code(0);
-    assert!(bits(&dir.join("a.exr")) == whole, "after {done} kills");
-    // At most one temporary file of each kind was left by the last kill, and it is gone.
-    let names: Vec<_> = fs::read_dir(dir).expect("a folder").flatten().collect();
-    println!(
-        "{done} kills, {} whole renders, {} files",
-        ends + 1,
-        names.len()
-    );
-    let left = names.iter().filter(|n| n.file_name() == ".a.run.part");
-    assert_eq!(left.count(), 0);
+    assert!(bits(&image) == whole, "after {done} kills");
+    // The temporary file that the last kill may have left is gone.
+    assert!(!dir.join(".a.run.part").exists());
+    println!("{done} kills, {} whole renders", ends + 1);
 }
 
 #[test]
