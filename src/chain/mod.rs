@@ -39,4 +39,6 @@ pub mod stage {
     pub const DIRECT: u32 = 5;
     /// Entries of lens sub-paths.
     pub const ENTRIES: u32 = 6;
+    /// The look at a scene before it is rendered.
+    pub const PROBE: u32 = 7;
 }

@@ -1,14 +1,15 @@
 //! From arguments to an image in memory: for `render`, and for every command that renders on the way.
 
 use super::CliError;
+use super::decide::Decisions;
 use super::identity::Identity;
 use super::job::Job;
 use super::lab::Lab;
-use super::render_args::{AccelArg, DirectArg, PrecisionArg, RenderArgs};
+use super::render_args::{AccelArg, PrecisionArg, RenderArgs};
 use super::report::Report;
 use super::watch::{Unwatched, Watched, Watcher};
 use crate::accel::{Accel, Checked, Embree, EmbreeOptions, Obvhs, Recorder};
-use crate::chain::{Direct, MltOptions};
+use crate::chain::MltOptions;
 use crate::film::Bins;
 use crate::integrator::{Bdpt, Budget, Outcome, Progress, Sampling, bdpt_kept, mlt_kept, pt_kept};
 use crate::output::{Image, ImageError, Layers, Metadata, SpectralBins, write_exr, write_png};
@@ -103,6 +104,42 @@ fn save_rays<A: Accel>(recorder: &Recorder<A>, file: &Path) -> Result<(), CliErr
 
 /// Samples a pixel of the test image of `--two-stage`: 25 pixels are averaged.
 const TEST_SAMPLES: u32 = 4;
+
+/// Settings of Metropolis light transport.
+pub fn mlt_options(args: &RenderArgs, job: &Job, decided: &Decisions) -> MltOptions {
+    let options = args.tuning.apply(MltOptions {
+        direct: decided.direct,
+        bins: sampled_bins(job),
+        shares: job.plan.shares,
+        test_samples: decided.two_stage.then_some(TEST_SAMPLES),
+        ..MltOptions::default()
+    });
+    // Nothing to seed: one sample of each group finds that its b is 0.
+    let seeds = if decided.chain { options.seeds } else { 1 };
+    MltOptions { seeds, ..options }
+}
+
+/// Looks at the scene, as a render does before it starts.
+///
+/// # Errors
+/// A backend that refuses, threads that cannot be started.
+pub fn decide(args: &RenderArgs, prepared: &Prepared) -> Result<Decisions, CliError> {
+    let Prepared { scene, job, .. } = prepared;
+    let accel = Embree::new(&scene.geometry, EmbreeOptions::default())?;
+    let world = World::new(scene, &accel, scene.settings.max_depth)
+        .with_target(job.target)
+        .with_plan(&job.plan);
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(job.threads)
+        .build()
+        .map_err(|e| CliError::Internal(format!("cannot start threads: {e}")))?;
+    Ok(pool.install(|| match job.plan.lanes {
+        1 => Decisions::new::<1, _>(args, &job.plan, &world),
+        4 => Decisions::new::<4, _>(args, &job.plan, &world),
+        8 => Decisions::new::<8, _>(args, &job.plan, &world),
+        _ => Decisions::new::<16, _>(args, &job.plan, &world),
+    }))
+}
 
 /// Builds the backend and renders, on threads of its own.
 ///
@@ -225,11 +262,18 @@ fn with_lanes<const N: usize, A: Accel>(
     let world = World::new(scene, accel, scene.settings.max_depth)
         .with_target(job.target)
         .with_plan(&job.plan);
-    let options = chain_options(args, job);
+    let decisions = match job.integrator {
+        IntegratorKind::Mlt => Decisions::new::<N, A>(args, &job.plan, &world),
+        IntegratorKind::Pt | IntegratorKind::Bdpt => Decisions::asked(args),
+    };
+    let options = mlt_options(args, job, &decisions);
     let identity = Identity::new(args, job, scene, &options, &told.embree);
     watcher.begin(identity)?;
     let mut tally = Tally::default();
-    let report = Report::new(args.seed, scene, job, told);
+    let mut report = Report::new(args.seed, scene, job, told);
+    if job.integrator == IntegratorKind::Mlt {
+        report.decided(decisions);
+    }
     let lab = Lab::new(args, job, scene, &options, report);
     let mut watched = Watched { watcher, lab: &lab };
     let what = Sampling {
@@ -272,20 +316,6 @@ fn with_lanes<const N: usize, A: Accel>(
     let mut rendered = lab.develop(outcome, &tally);
     rendered.report.sites(world.sites.first());
     Ok(rendered)
-}
-
-/// Settings of the chains of a job.
-pub fn chain_options(args: &RenderArgs, job: &Job) -> MltOptions {
-    args.tuning.apply(MltOptions {
-        direct: match args.direct {
-            DirectArg::Separate => Direct::Separate,
-            DirectArg::Chain => Direct::InChain,
-        },
-        bins: sampled_bins(job),
-        shares: job.plan.shares,
-        test_samples: args.two_stage.then_some(TEST_SAMPLES),
-        ..MltOptions::default()
-    })
 }
 
 /// The bins that samples fill: without colour they are made of the luminance at the end.

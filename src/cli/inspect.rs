@@ -1,10 +1,11 @@
 //! What `replay` and `verify` share: the world of a render, for any number of lanes, on a backend behind a pointer.
 
 use super::CliError;
-use super::engine::{Prepared, chain_options};
+use super::decide::Decisions;
+use super::engine::{Prepared, mlt_options};
 use super::render_args::{AccelArg, PrecisionArg, RenderArgs};
 use crate::accel::{Accel, Asked, Embree, EmbreeOptions, Obvhs};
-use crate::chain::{MltOptions, Setting};
+use crate::chain::Setting;
 use crate::integrator::test_image;
 use crate::path::{Tally, World};
 use crate::scene::{IntegratorKind, Scene};
@@ -49,12 +50,11 @@ pub fn work_on<W: Work>(
             format!("{:?}", job.integrator).to_lowercase()
         )));
     }
-    let options = chain_options(args, job);
     Ok(match job.plan.lanes {
-        1 => lanes::<1, W>(args, prepared, Asked(accel), &options, work),
-        4 => lanes::<4, W>(args, prepared, Asked(accel), &options, work),
-        8 => lanes::<8, W>(args, prepared, Asked(accel), &options, work),
-        _ => lanes::<16, W>(args, prepared, Asked(accel), &options, work),
+        1 => lanes::<1, W>(args, prepared, Asked(accel), work),
+        4 => lanes::<4, W>(args, prepared, Asked(accel), work),
+        8 => lanes::<8, W>(args, prepared, Asked(accel), work),
+        _ => lanes::<16, W>(args, prepared, Asked(accel), work),
     })
 }
 
@@ -62,17 +62,18 @@ fn lanes<const N: usize, W: Work>(
     args: &RenderArgs,
     prepared: &Prepared,
     accel: Asked,
-    options: &MltOptions,
     work: W,
 ) -> W::Out {
     let (scene, job) = (&prepared.scene, &prepared.job);
     let world = World::new(scene, &accel, scene.settings.max_depth)
         .with_target(job.target)
         .with_plan(&job.plan);
-    let i0 = test_image::<N, Asked>(&world, options, args.seed, &mut Tally::default());
+    let decisions = Decisions::new::<N, Asked>(args, &job.plan, &world);
+    let options = mlt_options(args, job, &decisions);
+    let i0 = test_image::<N, Asked>(&world, &options, args.seed, &mut Tally::default());
     let set = Setting {
         world: &world,
-        options,
+        options: &options,
         test_image: i0.as_ref(),
     };
     work.run::<N>(&set, args.seed)

@@ -2,7 +2,7 @@
 
 use super::CliError;
 use super::plan::EffectArgs;
-use super::render_args::{AccelArg, DirectArg, IntegratorArg, RenderArgs, TargetArg};
+use super::render_args::{AccelArg, DirectArg, IntegratorArg, RenderArgs, TargetArg, TwoStageArg};
 use crate::film::Bins;
 use crate::integrator::{Budget, Stop};
 use crate::plan::{MOST_EDGES, Options, Plan};
@@ -128,10 +128,10 @@ impl Job {
         if args.target.is_some() && !is_mlt {
             return Err(usage("--target is for --integrator mlt".into()));
         }
-        if args.two_stage && !is_mlt {
+        if args.two_stage == TwoStageArg::On && !is_mlt {
             return Err(usage("--two-stage is for --integrator mlt".into()));
         }
-        if args.tuning.sums.is_some() && matches!(args.direct, DirectArg::Separate) {
+        if args.tuning.sums.is_some() && args.direct != DirectArg::Chain {
             return Err(usage("--sums is for --direct chain".into()));
         }
         if args.tuning != super::tuning::Tuning::default() && !is_mlt {

@@ -1,10 +1,13 @@
 //! `metrolux plan`: what a scene calls for, why, and what follows from it.
 
 use super::CliError;
-use super::engine::Prepared;
+use super::decide::Decisions;
+use super::engine::{self, Prepared};
+use super::plan_measure::{Row, measure};
 use super::plan_memory::{Memory, megabytes};
 use super::render_args::{AccelArg, PrecisionArg, RenderArgs};
 use crate::plan::{Effect, Finding, Strategy, Unlit};
+use crate::scene::IntegratorKind;
 use clap::Args;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -54,7 +57,13 @@ pub struct PlanArgs {
     /// Print JSON
     #[arg(long)]
     pub json: bool,
-    /// The same options as those of render
+    /// Also render the scene as planned and with each effect forced, in turns, and tell what it costs
+    #[arg(long)]
+    pub measure: bool,
+    /// Pairs of turns of --measure
+    #[arg(long, value_name = "K", default_value_t = 7, value_parser = clap::value_parser!(u64).range(2..=1000))]
+    pub repeats: u64,
+    /// The same options as those of render; with --measure, --rounds says how long a turn is
     #[command(flatten)]
     pub render: RenderArgs,
 }
@@ -74,6 +83,7 @@ struct Told<'a> {
     strategies: BTreeMap<&'static str, f64>,
     lights: Lights<'a>,
     unused_materials: Vec<String>,
+    decisions: &'a Option<Decisions>,
     embree: EmbreeFlags,
     memory_bytes: BTreeMap<&'static str, u64>,
     refused: &'a [String],
@@ -129,7 +139,14 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode, CliError> {
         filter_callback: plan.on(Effect::Alpha),
         instance_level: plan.on(Effect::Instances),
     };
+    if args.measure {
+        return measured(args);
+    }
     let memory = Memory::of(scene, job);
+    let decisions = match job.integrator {
+        IntegratorKind::Mlt => Some(engine::decide(&args.render, &prepared)?),
+        IntegratorKind::Pt | IntegratorKind::Bdpt => None,
+    };
     let integrator = format!("{:?}", job.integrator).to_lowercase();
     if args.json {
         let told = Told {
@@ -150,6 +167,7 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode, CliError> {
                 left_out: &plan.unlit,
             },
             unused_materials: plan.unused.iter().map(ToString::to_string).collect(),
+            decisions: &decisions,
             embree: flags,
             memory_bytes: memory.parts.iter().copied().collect(),
             refused: &scene.warnings,
@@ -161,6 +179,10 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode, CliError> {
     let [w, h] = scene.camera.resolution;
     println!("{}: {integrator}, {w}x{h}", args.render.scene.display());
     print!("{}", plan.text());
+    if let Some([direct, stages]) = decisions.as_ref().map(Decisions::text) {
+        println!("direct light   {direct}");
+        println!("stages         {stages}");
+    }
     println!("embree         {}", flags.text());
     let parts = memory.parts.iter().filter(|p| p.1 > 0);
     let parts: Vec<String> = parts
@@ -174,6 +196,30 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode, CliError> {
     match &scene.warnings[..] {
         [] => println!("refused        nothing"),
         all => all.iter().for_each(|w| println!("refused        {w}")),
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Rounds of chains, or camera samples a pixel, of one turn of `--measure`.
+const ROUNDS: u64 = 48;
+
+fn measured(args: &PlanArgs) -> Result<ExitCode, CliError> {
+    let mut rows = Vec::new();
+    if !args.json {
+        println!("{}", Row::HEAD);
+    }
+    let rounds = args.render.rounds.unwrap_or(ROUNDS);
+    measure(&args.render, rounds, args.repeats as usize, |row| {
+        if args.json {
+            let row = serde_json::to_value(row);
+            rows.push(row.unwrap_or_default());
+        } else {
+            println!("{}", row.text());
+        }
+    })?;
+    if args.json {
+        let text = serde_json::to_string_pretty(&rows);
+        println!("{}", text.map_err(|e| CliError::Internal(e.to_string()))?);
     }
     Ok(ExitCode::SUCCESS)
 }

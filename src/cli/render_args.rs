@@ -61,12 +61,25 @@ impl LanesArg {
 }
 
 /// Who computes direct light.
-#[derive(Clone, Copy, Debug, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum DirectArg {
+    /// Whoever a look at the scene says does it with less noise
+    Auto,
     /// A separate pass of stratified sampling
     Separate,
     /// The Markov chain
     Chain,
+}
+
+/// Whether a coarse image evens out the samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum TwoStageArg {
+    /// Where a look at the scene says that its dark parts gain by it
+    Auto,
+    /// Always
+    On,
+    /// Never
+    Off,
 }
 
 /// The target of a chain.
@@ -81,7 +94,7 @@ pub enum TargetArg {
 /// Render a scene to EXR and PNG.
 ///
 /// Settings come from the command line, else from the scene file's Film, Integrator and Sampler, else from defaults.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct RenderArgs {
     /// pbrt-v4 scene file
     pub scene: PathBuf,
@@ -157,11 +170,11 @@ pub struct RenderArgs {
     #[arg(long, value_enum, default_value = "auto")]
     pub lanes: LanesArg,
     /// Who computes direct light (mlt)
-    #[arg(long, value_enum, default_value = "separate")]
+    #[arg(long, value_enum, default_value = "auto")]
     pub direct: DirectArg,
-    /// Even out samples between bright and dark pixels by a coarse image rendered first (mlt)
-    #[arg(long)]
-    pub two_stage: bool,
+    /// Even out samples between bright and dark pixels by a coarse image rendered first (mlt); without a value: on
+    #[arg(long, value_enum, default_value = "auto", num_args = 0..=1, require_equals = true, default_missing_value = "on")]
+    pub two_stage: TwoStageArg,
     /// Also write this many spectral bins over 360–830 nm into EXR files
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=128))]
     pub spectral: Option<u32>,

@@ -1,6 +1,7 @@
 //! What a render tells about itself: stats.json, EXR metadata, the closing line.
 
 use super::CliError;
+use super::decide::Decisions;
 use super::engine::Told;
 use super::identity::Identity;
 use super::job::Job;
@@ -46,6 +47,8 @@ pub struct Report {
     samples_per_pixel: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     mlt: Option<MltReport>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    decisions: Option<Decisions>,
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<ErrorReport>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -176,6 +179,11 @@ impl Report {
                 })
                 .collect(),
         });
+    }
+
+    /// What was decided by a look at the scene.
+    pub fn decided(&mut self, decisions: Decisions) {
+        self.decisions = Some(decisions);
     }
 
     /// The image's error, and whether the target for it was met.

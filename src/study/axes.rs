@@ -166,6 +166,10 @@ fn refinements() -> Vec<Setting> {
         mlt_with("without expected values", &["--no-expected-values"]),
         mlt_with("without p_d2", &["--plain-deletions"]),
         mlt_with("direct light in the chain", &["--direct", "chain"]),
+        mlt_with(
+            "direct light in a pass of its own",
+            &["--direct", "separate"],
+        ),
         mlt_with("two-stage", &["--two-stage"]),
         mlt_with(
             "without stratified lens sub-paths",

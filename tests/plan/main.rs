@@ -1,5 +1,6 @@
 //! The plan: it turns on what a scene calls for, says why, and does not change the image.
 
+mod decide;
 mod effects;
 mod images;
 mod reach;

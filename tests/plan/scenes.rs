@@ -48,3 +48,31 @@ fn json_has_every_effect_with_its_causes() {
     assert!(told["strategies"]["caustic"].as_f64().expect("a share") > 0.0);
     assert_eq!(told["embree"]["filter_callback"], false);
 }
+
+#[test]
+fn decisions_are_told_and_can_be_made_by_the_user() {
+    let exe = Path::new(env!("CARGO_BIN_EXE_metrolux"));
+    let decisions = |extra: &[&str]| -> serde_json::Value {
+        let out = std::process::Command::new(exe)
+            .args(["plan", "--json", "scenes/pool/pool.pbrt"])
+            .args(extra)
+            .output()
+            .expect("it runs");
+        let text = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert!(out.status.success(), "{extra:?}: {text}");
+        let told: serde_json::Value = serde_json::from_slice(&out.stdout).expect("JSON");
+        told["decisions"].clone()
+    };
+    let all = decisions(&[]);
+    assert_eq!(all["direct"], "in_chain");
+    assert_eq!(all["probe"]["samples"], 4096);
+    let own = decisions(&["--direct", "separate", "--two-stage"]);
+    assert_eq!(own["direct"], "separate");
+    assert_eq!(own["two_stage"], true);
+    assert!(own["probe"].is_null(), "nothing is left to find out");
+    assert_eq!(decisions(&["--two-stage=off"])["two_stage"], false);
+    // One scattering: the direct pass is all there is.
+    let short = decisions(&["--max-depth", "1"]);
+    assert_eq!(short["chain"], false);
+    assert!(decisions(&["--integrator", "bdpt"]).is_null());
+}

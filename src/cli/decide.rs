@@ -1,0 +1,104 @@
+//! What is decided by a look at the scene with rays: who computes direct light, and whether a coarse image evens out the
+//! samples. The look is a fixed number of samples, so the decisions depend on scene, options and seed alone.
+
+use super::render_args::{DirectArg, RenderArgs, TwoStageArg};
+use crate::accel::Accel;
+use crate::chain::Direct;
+use crate::integrator::Probe;
+use crate::path::World;
+use crate::plan::{Effect, Plan};
+use serde::Serialize;
+
+/// The gain of dark tiles (see [`Probe::range`]) from which a second stage is worth its coarse image.
+const GAIN: f64 = 2.0;
+
+/// Decisions of a run of Metropolis light transport.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Decisions {
+    /// Who computes direct light.
+    pub direct: Direct,
+    /// The target is divided by a coarse image.
+    pub two_stage: bool,
+    /// There are paths for a Markov chain to own; otherwise the direct pass is the image.
+    pub chain: bool,
+    /// What the look saw; without one the command line decided.
+    pub probe: Option<Probe>,
+}
+
+impl Decisions {
+    /// What the command line says, and where it says nothing what is done without a look.
+    pub fn asked(args: &RenderArgs) -> Self {
+        Self {
+            direct: match args.direct {
+                DirectArg::Chain => Direct::InChain,
+                DirectArg::Auto | DirectArg::Separate => Direct::Separate,
+            },
+            two_stage: args.two_stage == TwoStageArg::On,
+            chain: true,
+            probe: None,
+        }
+    }
+
+    /// Decides what the command line leaves open.
+    pub fn new<const N: usize, A: Accel>(args: &RenderArgs, plan: &Plan, world: &World<A>) -> Self {
+        let chain = plan.on(Effect::Indirect) || args.direct == DirectArg::Chain;
+        let open = args.direct == DirectArg::Auto || args.two_stage == TwoStageArg::Auto;
+        let open = open && chain;
+        let probe = open.then(|| Probe::new::<N, A>(world, args.seed));
+        let direct = match (args.direct, &probe) {
+            (DirectArg::Chain, _) => Direct::InChain,
+            (DirectArg::Auto, Some(p)) if p.separate_over_chain() > 1.0 => Direct::InChain,
+            _ => Direct::Separate,
+        };
+        let two_stage = match (args.two_stage, &probe) {
+            (TwoStageArg::On, _) => true,
+            (TwoStageArg::Auto, Some(p)) => p.range > GAIN * p.loss,
+            _ => false,
+        };
+        Self {
+            direct,
+            two_stage: two_stage && chain,
+            chain,
+            probe,
+        }
+    }
+
+    /// A line about direct light and one about the stages, each with its reason.
+    pub fn text(&self) -> [String; 2] {
+        let direct = match self.direct {
+            Direct::Separate => "separate",
+            Direct::InChain => "in the chain",
+        };
+        let stages = if self.two_stage { "two" } else { "one" };
+        if !self.chain {
+            let alone = "there is no other light";
+            return [format!("{direct}: {alone}"), format!("{stages}: {alone}")];
+        }
+        let Some(p) = &self.probe else {
+            let asked = "as the command line says";
+            return [format!("{direct}, {asked}"), format!("{stages}, {asked}")];
+        };
+        let all = p.direct + p.indirect;
+        let why = if p.direct > 0.0 {
+            format!(
+                "it is {:.0} % of the light, {:.0} % of connections carry some; a separate pass has {:.2} times the \
+                 variance that it would have in the chain",
+                100.0 * p.direct / all,
+                100.0 * p.success,
+                p.separate_over_chain()
+            )
+        } else {
+            format!("none was found in {} samples", p.samples)
+        };
+        [
+            format!("{direct}: {why}"),
+            format!(
+                "{stages}: samples spread evenly would divide the relative variance by {:.1} and multiply the absolute one by \
+                 {:.1}; {:.0} % of the indirect light meets a delta",
+                p.range,
+                p.loss,
+                100.0 * p.specular
+            ),
+        ]
+    }
+}

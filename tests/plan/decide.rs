@@ -1,0 +1,56 @@
+//! The look at a scene before it is rendered: the same however it is cut, and right where it is clear what is right.
+
+use metrolux::accel::{Embree, EmbreeOptions};
+use metrolux::integrator::Probe;
+use metrolux::path::World;
+use metrolux::plan::{Options, Plan};
+use metrolux::scene::load::{LoadOptions, load_scene};
+use std::path::Path;
+
+fn probe(file: &str, seed: u64, threads: usize) -> Probe {
+    let mut scene = load_scene(Path::new(file), &LoadOptions::default()).expect("a scene");
+    let plan = Plan::make(&mut scene, &Options::default());
+    let embree = Embree::new(&scene.geometry, EmbreeOptions::default()).expect("Embree builds");
+    let world = World::new(&scene, &embree, scene.settings.max_depth).with_plan(&plan);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.expect("threads start").install(|| match plan.lanes {
+        1 => Probe::new::<1, _>(&world, seed),
+        _ => Probe::new::<4, _>(&world, seed),
+    })
+}
+
+#[test]
+fn any_number_of_threads_sees_the_same() {
+    let one = probe("scenes/cornell-glass/cornell-glass.pbrt", 3, 1);
+    assert_eq!(one, probe("scenes/cornell-glass/cornell-glass.pbrt", 3, 3));
+    assert!(one.tried > 2000 && one.success > 0.5, "{one:?}");
+    assert!(one.specular > 0.3 && one.specular < 1.0, "{one:?}");
+}
+
+/// Of a lamp in an open room almost every direct connection succeeds. Under the pool's waves a lamp is only found by
+/// rays that happen to hit it through the surface: a sampler with such a variance must not be left alone with it.
+#[test]
+fn direct_light_goes_to_the_chain_where_it_is_hard() {
+    for seed in 1..4 {
+        let room = probe("scenes/cornell/cornell.pbrt", seed, 2);
+        assert!(room.separate_over_chain() < 0.3, "{room:?}");
+        let pool = probe("scenes/pool/pool.pbrt", seed, 2);
+        assert!(pool.separate_over_chain() > 3.0, "{pool:?}");
+    }
+}
+
+/// Inside a sphere that reflects half of what it gets, with a lamp in its centre, all directions see the same: paths of
+/// two edges carry half of what all longer ones do together with them, the image is even, and no sample varies.
+#[test]
+fn the_furnace_is_known_by_hand() {
+    let p = probe("scenes/furnace/point.pbrt", 1, 2);
+    let part = p.direct / (p.direct + p.indirect);
+    // 40 scatterings of the endless series; 4096 samples of indirect light.
+    assert!((part - 0.5).abs() < 0.02, "{p:?}");
+    assert_eq!(p.success, 1.0);
+    assert!(p.noise < 1e-6 * p.direct * p.direct, "{p:?}");
+    assert!(
+        (p.range - 1.0).abs() < 0.01 && (p.loss - 1.0).abs() < 0.01,
+        "{p:?}"
+    );
+}
