@@ -52,7 +52,8 @@ impl Decisions {
         };
         let two_stage = match (args.two_stage, &probe) {
             (TwoStageArg::On, _) => true,
-            (TwoStageArg::Auto, Some(p)) => p.range > GAIN * p.loss,
+            // Sums in single precision are of one stage.
+            (TwoStageArg::Auto, Some(p)) if args.tuning.sums.is_none() => p.range > GAIN * p.loss,
             _ => false,
         };
         Self {
