@@ -1,21 +1,23 @@
 //! Variance of what camera samples give a pixel, from the samples themselves.
-//!
-//! The two sequences of a pixel are independent, so half their means' difference squared is, in the mean, the variance of
-//! the pixel: with whatever the stratification of each has taken off it. But one difference says little. The variance of
-//! independent samples says more, and only its size is wrong; so each pixel has that one, times the factor by which the
-//! differences of its tile's pixels together fall short of it. Summed over a tile both agree.
 
 use super::CameraSums;
+use super::camera_pass::BLOCK;
 
-/// Side of the tiles whose pixels are taken together.
+/// Whole blocks from which a pixel's variance is taken.
+const ENOUGH: u64 = 4;
+
+/// Side of the tiles whose pixels are taken together where they have too few samples of their own.
 const TILE: usize = 8;
 
 /// Σ v, Σ v² and number of samples.
 type Moments = [f64; 3];
 
 impl CameraSums {
-    /// Variance of each pixel's mean luminance. A pixel of fewer than two samples takes its tile's moments, or the
-    /// image's, for its own: the differences between those pixels then count as noise, which overstates it.
+    /// Variance of each pixel's mean luminance. Samples are stratified: those of a block of consecutive ones lie evenly
+    /// over the pixel, and the sums of blocks vary less than those of independent samples would. Blocks are taken as
+    /// independent of each other, which overstates the variance, since they too fill each other's gaps; a pixel of fewer
+    /// than [`ENOUGH`] whole blocks has its samples taken so, which overstates it more. A pixel of fewer than two samples takes its tile's moments, or the image's, for its
+    /// own: the differences between those pixels then count as noise, which overstates it too.
     pub fn variance(&self) -> Vec<f64> {
         let mut all = self.variance_of_all();
         let here = self.shards.portion();
@@ -55,23 +57,18 @@ impl CameraSums {
                 }
             }
         }
-        // Of the pixels of two samples and more in a tile: as sequences tell it, as independent samples.
-        let mut parts =
-            vec![[0.0; 2]; self.sums.len().div_ceil(width).div_ceil(TILE) * tiles_across];
-        for i in (0..self.sums.len()).filter(|i| counts[*i] >= 2) {
-            let [_, all, _, _, second] = self.sums[i];
-            parts[tile(i)][0] += between(all - second, second, counts[i]);
-            parts[tile(i)][1] += of_one(own(i)) / counts[i] as f64;
-        }
         (0..self.sums.len())
             .map(|i| {
+                let n = counts[i] as f64;
+                let blocks = counts[i] / BLOCK;
+                if blocks >= ENOUGH {
+                    let [_, sum, _, _, square, open] = self.sums[i];
+                    // n mean values are the sum of n/BLOCK blocks, whole or not.
+                    let all = of_one([sum - open, square, blocks as f64]);
+                    return all / (BLOCK as f64 * n);
+                }
                 if counts[i] >= 2 {
-                    let [stratified, independent] = parts[tile(i)];
-                    return if independent > 0.0 {
-                        of_one(own(i)) / counts[i] as f64 * (stratified / independent)
-                    } else {
-                        0.0
-                    };
+                    return of_one(own(i)) / n;
                 }
                 let near = tiles[tile(i)];
                 let moments = if near[2] >= 2.0 { near } else { all };
@@ -90,13 +87,6 @@ impl CameraSums {
     }
 }
 
-/// Variance of the mean of n samples in two independent halves with these sums, the first one ahead where n is odd.
-fn between(first: f64, second: f64, n: u64) -> f64 {
-    let (a, b) = (n.div_ceil(2) as f64, (n / 2) as f64);
-    let n = n as f64;
-    (first / a - second / b).powi(2) * (a / n) * (b / n)
-}
-
 fn counts_for(n: u64) -> f64 {
     n.max(1) as f64
 }
@@ -109,6 +99,7 @@ fn of_one([sum, square, n]: Moments) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::super::CameraPass;
+    use super::super::camera_pass::R2;
     use super::*;
     use crate::accel::{Embree, EmbreeOptions};
     use crate::path::World;
@@ -162,20 +153,35 @@ mod tests {
         }
     }
 
-    /// An edge through every pixel, which stratified samples find at the same place again and again. What is stated is
-    /// right in the mean, where independent samples would say several times as much.
+    /// An edge through every pixel, which stratified samples find at the same place again and again: what is stated lies
+    /// above the true variance, and well below that of independent samples.
     #[test]
     fn an_edge_is_not_taken_for_noise() {
         let n = 128.0;
         let pass = pass(n, |raster, _| (raster.x.fract() > 0.37) as u8 as f64);
         let pixels = pass.sums.len() as f64;
         let stated = pass.variance().iter().sum::<f64>() / pixels;
-        let off = |s: &[f64; 5]| (s[1] / n - 0.63).powi(2);
+        let off = |s: &[f64; 6]| (s[1] / n - 0.63).powi(2);
         let found = pass.sums.iter().map(off).sum::<f64>() / pixels;
-        // Both are means of 4096 squares of a number whose square has a relative deviation of at most that of a normal
-        // one's, √2: 2.2 % each, 3.1 % between them. Five of those.
-        assert!((stated / found - 1.0).abs() < 0.16, "{stated:e} {found:e}");
-        let independent = 0.37 * 0.63 / n;
-        assert!(stated < 0.25 * independent, "{stated:e} {independent:e}");
+        // What blocks of the sequence say of themselves, from the sequence alone, over evenly spaced shifts.
+        let shifts = 2000;
+        let of_shift = |k: i32| {
+            let start = (k as f64 + 0.5) / shifts as f64;
+            let beyond = |i: u64| ((start + i as f64 * R2[0]).fract() > 0.37) as u8 as f64;
+            let sums = |b: u64| (b * BLOCK..(b + 1) * BLOCK).map(beyond).sum::<f64>();
+            let blocks: Vec<f64> = (0..n as u64 / BLOCK).map(sums).collect();
+            let mean = blocks.iter().sum::<f64>() / blocks.len() as f64;
+            let squares = blocks.iter().map(|s| (s - mean).powi(2)).sum::<f64>();
+            squares / (blocks.len() - 1) as f64 / (BLOCK as f64 * n)
+        };
+        let expected = (0..shifts).map(of_shift).sum::<f64>() / shifts as f64;
+        assert!(found < stated, "{found:e} {stated:e}");
+        // A pixel's 15 degrees of freedom give a relative deviation of √(2/15); 4096 of them one of 0.6 %. Five of them.
+        assert!(
+            (stated / expected - 1.0).abs() < 0.03,
+            "{stated:e} {expected:e}"
+        );
+        // Independent samples would have this, and the blocks must tell.
+        assert!(expected < 0.37 * 0.63 / n, "{expected:e}");
     }
 }

@@ -76,14 +76,12 @@ pub struct CameraPass {
     pub sums: CameraSums,
 }
 
-/// Irrational steps of the Kronecker sequences that stratify a pixel's samples: R2 over its area, the golden ratio over
-/// the spectrum. A pixel has two such sequences, of independent shifts, which take turns: what they differ by tells the
-/// error that is left in spite of the stratification, which no sequence tells of itself.
-const STEPS: [f64; 3] = [
-    0.754_877_666_246_692_8,
-    0.569_840_290_998_053_3,
-    0.618_033_988_749_894_9,
-];
+/// Consecutive samples of a pixel that are told apart from others in its variance: as many as fill the pixel evenly.
+pub(super) const BLOCK: u64 = 8;
+
+/// Irrational steps of the Kronecker sequences that stratify a pixel's samples (R2 and the golden ratio).
+pub(super) const R2: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 impl CameraPass {
     /// No samples yet.
@@ -140,7 +138,7 @@ impl CameraPass {
         };
         let count = bins.map_or(0, |b| b.count);
         let mut rest = spectra;
-        let rows: Vec<(&mut [[f64; 5]], &mut [f64])> = all
+        let rows: Vec<(&mut [[f64; 6]], &mut [f64])> = all
             .sums
             .chunks_mut(width)
             .map(|sums| {
@@ -163,19 +161,18 @@ impl CameraPass {
                     let mut rng = Rng::new(seed, stage, y, x);
                     // Step 0 holds the pixel's shifts of the sequences.
                     rng.set_step(0);
-                    let shifts: [[f64; 3]; 2] =
-                        std::array::from_fn(|_| std::array::from_fn(|_| rng.next_f64()));
+                    let shift = [rng.next_f64(), rng.next_f64(), rng.next_f64()];
                     for i in from..until {
                         rng.set_step(i + 1);
-                        let (second, index) = (i % 2 == 1, (i / 2) as f64);
-                        let shift = shifts[second as usize];
-                        let [u, v, wave] = std::array::from_fn(|k| {
-                            let at = (shift[k] + index * STEPS[k]).fract() as f32;
-                            at.min(1.0 - f32::EPSILON / 2.0)
-                        });
-                        let (offset, weight) = filter.sample(Vec2::new(u, v));
+                        let at =
+                            |k: usize, step: f64| ((shift[k] + i as f64 * step).fract()) as f32;
+                        let u = Vec2::new(at(0, R2[0]), at(1, R2[1]))
+                            .min(Vec2::splat(1.0 - f32::EPSILON / 2.0));
+                        let (offset, weight) = filter.sample(u);
                         let lanes = match &grey {
-                            None => Lanes::with(wave, target),
+                            None => {
+                                Lanes::with(at(2, GOLDEN).min(1.0 - f32::EPSILON / 2.0), target)
+                            }
                             Some(grey) => grey.lanes(target),
                         };
                         let raster = Vec2::new(x as f32 + 0.5, y as f32 + 0.5) + offset;
@@ -201,8 +198,10 @@ impl CameraPass {
                         }
                         let y = gathered.xyz[1] * weight as f64;
                         sum[3] += y * y;
-                        if second {
-                            sum[4] += y;
+                        sum[5] += y;
+                        if (i + 1) % BLOCK == 0 {
+                            sum[4] += sum[5] * sum[5];
+                            sum[5] = 0.0;
                         }
                     }
                 }

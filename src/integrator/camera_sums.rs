@@ -8,8 +8,9 @@ use std::io;
 /// Sums of camera samples over the crop.
 pub struct CameraSums {
     pub(super) crop: Crop,
-    /// Of each pixel: Σ w·X, w·Y, w·Z, (w·Y)², and the w·Y of its second sequence alone.
-    pub(super) sums: Vec<[f64; 5]>,
+    /// Of each pixel: Σ w·X, w·Y, w·Z, (w·Y)², then Σ of (the w·Y of a block)² over the whole blocks of
+    /// [`BLOCK`](super::camera_pass::BLOCK) consecutive samples, and the w·Y of the block that is not whole yet.
+    pub(super) sums: Vec<[f64; 6]>,
     pub(super) spectra: Option<(Bins, Vec<f64>)>,
     /// Samples a pixel so far, in the mean: a pixel has ⌊samples + its threshold⌋.
     pub samples: f64,
@@ -26,7 +27,7 @@ impl CameraSums {
         let n = crop.pixels();
         Self {
             crop,
-            sums: vec![[0.0; 5]; n],
+            sums: vec![[0.0; 6]; n],
             spectra: bins.map(|b| (b, vec![0.0; n * b.count])),
             samples: 0.0,
             shift: [rng.next_u32(), rng.next_u32()],
@@ -128,8 +129,8 @@ impl CameraSums {
         }
         let shift = [r.u32()?, r.u32()?];
         let shards = Shards::read(r)?;
-        let flat = r.floats(5 * crop.pixels())?;
-        let sums = flat.as_chunks::<5>().0.to_vec();
+        let flat = r.floats(6 * crop.pixels())?;
+        let sums = flat.as_chunks::<6>().0.to_vec();
         let spectra = bins
             .map(|b| r.floats(crop.pixels() * b.count).map(|sums| (b, sums)))
             .transpose()?;
