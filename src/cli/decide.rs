@@ -5,7 +5,7 @@ use super::render_args::{DirectArg, RenderArgs, TwoStageArg};
 use crate::accel::Accel;
 use crate::chain::Direct;
 use crate::integrator::Probe;
-use crate::path::World;
+use crate::path::{Tally, World};
 use crate::plan::{Effect, Plan};
 use serde::Serialize;
 
@@ -39,12 +39,17 @@ impl Decisions {
         }
     }
 
-    /// Decides what the command line leaves open.
-    pub fn new<const N: usize, A: Accel>(args: &RenderArgs, plan: &Plan, world: &World<A>) -> Self {
+    /// Decides what the command line leaves open; rays and faults of a look go into `tally`.
+    pub fn new<const N: usize, A: Accel>(
+        args: &RenderArgs,
+        plan: &Plan,
+        world: &World<A>,
+        tally: &mut Tally,
+    ) -> Self {
         let chain = plan.on(Effect::Indirect) || args.direct == DirectArg::Chain;
         let open = args.direct == DirectArg::Auto || args.two_stage == TwoStageArg::Auto;
         let open = open && chain;
-        let probe = open.then(|| Probe::new::<N, A>(world, args.seed));
+        let probe = open.then(|| Probe::new::<N, A>(world, args.seed, tally));
         let direct = match (args.direct, &probe) {
             (DirectArg::Chain, _) => Direct::InChain,
             (DirectArg::Auto, Some(p)) if p.separate_over_chain() > 1.0 => Direct::InChain,

@@ -133,11 +133,12 @@ pub fn decide(args: &RenderArgs, prepared: &Prepared) -> Result<Decisions, CliEr
         .num_threads(job.threads)
         .build()
         .map_err(|e| CliError::Internal(format!("cannot start threads: {e}")))?;
+    let tally = &mut Tally::default();
     Ok(pool.install(|| match job.plan.lanes {
-        1 => Decisions::new::<1, _>(args, &job.plan, &world),
-        4 => Decisions::new::<4, _>(args, &job.plan, &world),
-        8 => Decisions::new::<8, _>(args, &job.plan, &world),
-        _ => Decisions::new::<16, _>(args, &job.plan, &world),
+        1 => Decisions::new::<1, _>(args, &job.plan, &world, tally),
+        4 => Decisions::new::<4, _>(args, &job.plan, &world, tally),
+        8 => Decisions::new::<8, _>(args, &job.plan, &world, tally),
+        _ => Decisions::new::<16, _>(args, &job.plan, &world, tally),
     }))
 }
 
@@ -262,8 +263,9 @@ fn with_lanes<const N: usize, A: Accel>(
     let world = World::new(scene, accel, scene.settings.max_depth)
         .with_target(job.target)
         .with_plan(&job.plan);
+    let mut looks = Tally::default();
     let decisions = match job.integrator {
-        IntegratorKind::Mlt => Decisions::new::<N, A>(args, &job.plan, &world),
+        IntegratorKind::Mlt => Decisions::new::<N, A>(args, &job.plan, &world, &mut looks),
         IntegratorKind::Pt | IntegratorKind::Bdpt => Decisions::asked(args),
     };
     let options = mlt_options(args, job, &decisions);
@@ -313,6 +315,8 @@ fn with_lanes<const N: usize, A: Accel>(
         }
     };
     let outcome = outcome.map_err(|e| watched.watcher.malformed(e))?;
+    // Every run looks; what a run that goes on has counted before is without it.
+    tally += looks;
     let mut rendered = lab.develop(outcome, &tally);
     rendered.report.sites(world.sites.first());
     Ok(rendered)

@@ -58,8 +58,8 @@ pub struct Probe {
 const TILES: usize = 8;
 
 impl Probe {
-    /// Looks at a scene.
-    pub fn new<const N: usize, A: Accel>(world: &World<A>, seed: u64) -> Self {
+    /// Looks at a scene; rays and faults go into `tally`.
+    pub fn new<const N: usize, A: Accel>(world: &World<A>, seed: u64, tally: &mut Tally) -> Self {
         let blocks: Vec<Sums> = (0..SAMPLES / BLOCK)
             .into_par_iter()
             .map(|block| look::<N, A>(world, seed, block))
@@ -68,6 +68,7 @@ impl Probe {
         let mut all = Sums::default();
         for b in &blocks {
             all.add(b);
+            *tally += b.tally;
         }
         let n = SAMPLES as f64;
         let tiles: Vec<f64> = all.tiles.iter().map(|t| t.0 / t.1.max(1.0)).collect();
@@ -118,6 +119,7 @@ struct Sums {
     specular: f64,
     noise: f64,
     tiles: Tiles,
+    tally: Tally,
 }
 
 /// Sum and number of the samples of each tile.
@@ -197,6 +199,7 @@ fn look<const N: usize, A: Accel>(world: &World<A>, seed: u64, block: u32) -> Su
         sums.tiles.0[tile].0 += found;
         sums.tiles.0[tile].1 += 1.0;
     }
+    sums.tally = tally;
     sums
 }
 

@@ -2,7 +2,7 @@
 
 use metrolux::accel::{Embree, EmbreeOptions};
 use metrolux::integrator::Probe;
-use metrolux::path::World;
+use metrolux::path::{Tally, World};
 use metrolux::plan::{Options, Plan};
 use metrolux::scene::load::{LoadOptions, load_scene};
 use std::path::Path;
@@ -12,10 +12,11 @@ fn probe(file: &str, seed: u64, threads: usize) -> Probe {
     let plan = Plan::make(&mut scene, &Options::default());
     let embree = Embree::new(&scene.geometry, EmbreeOptions::default()).expect("Embree builds");
     let world = World::new(&scene, &embree, scene.settings.max_depth).with_plan(&plan);
+    let mut tally = Tally::default();
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.expect("threads start").install(|| match plan.lanes {
-        1 => Probe::new::<1, _>(&world, seed),
-        _ => Probe::new::<4, _>(&world, seed),
+        1 => Probe::new::<1, _>(&world, seed, &mut tally),
+        _ => Probe::new::<4, _>(&world, seed, &mut tally),
     })
 }
 
