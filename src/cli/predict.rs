@@ -51,9 +51,10 @@ pub struct PredictArgs {
     pub render: Vec<String>,
 }
 
-/// Work of a pilot: mutations a pixel, samples a pixel.
+/// Work of a pilot: mutations a pixel, samples a pixel. The error of fewer than 32 samples a pixel is told as if they were
+/// not stratified, so that a quarter of a pilot must not have fewer.
 const MUTATIONS: f64 = 16.0;
-const SAMPLES: u64 = 16;
+const SAMPLES: u64 = 128;
 
 /// What is printed as JSON.
 #[derive(Serialize)]
