@@ -143,8 +143,16 @@ fn a_study_is_planned_made_and_repeated() {
     assert!(page.matches("data:image/").count() > 12 && page.contains("--max-depth 2"));
     assert!(!page.contains("NaN"), "the page holds a NaN");
 
+    // On a machine that slowed down meanwhile images were left out, and the same command goes on with them.
+    let mut before = points(&out);
+    for _ in 0..5 {
+        metrolux().args(small_study(&out, "8s")).assert().code(0);
+        let now = points(&out);
+        if std::mem::replace(&mut before, now.clone()) == now {
+            break;
+        }
+    }
     // The same again renders nothing, and a point that is lost is made anew.
-    let before = points(&out);
     metrolux().args(small_study(&out, "8s")).assert().code(0);
     assert_eq!(points(&out), before);
     fs::remove_file(&before[0].0).expect("removed");
