@@ -49,7 +49,7 @@ fn draw<const N: usize, A: Accel>(
 }
 
 /// Seeds one group: n samples, each keeping one of its paths in proportion to its weight, then n' of them at equal
-/// intervals of the cumulative weight.
+/// intervals of the cumulative weight, shuffled.
 pub fn seed_group<const N: usize, A: Accel>(
     set: &Setting<A>,
     seed: u64,
@@ -106,6 +106,10 @@ pub fn seed_group<const N: usize, A: Accel>(
                 i += 1;
             }
             seeds.push(chosen[i].1);
+        }
+        // A chain's number says nothing of its seed: an image of some of a group's chains stays unbiased.
+        for c in (1..seeds.len()).rev() {
+            seeds.swap(c, rng.next_below(c as u64 + 1) as usize);
         }
     }
     Batch {

@@ -50,9 +50,9 @@ fn cornell_glass() {
     let effort = Effort {
         work: Work {
             pt: 256,
-            bdpt: 160,
+            bdpt: 192,
             seeds: 32_768,
-            steps: 80_000,
+            steps: 100_000,
         },
         limits: Limits {
             least: 0.05,
@@ -73,9 +73,9 @@ fn cornell_glass_long() {
     let effort = Effort {
         work: Work {
             pt: 0,
-            bdpt: 1024,
-            seeds: 131_072,
-            steps: 600_000,
+            bdpt: 1536,
+            seeds: 262_144,
+            steps: 1_500_000,
         },
         limits: Limits {
             least: 0.05,

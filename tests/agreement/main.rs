@@ -43,7 +43,7 @@ impl Work {
                 ..MltOptions::default()
             },
             steps: self.steps,
-            direct: self.pt.max(16),
+            direct: self.pt.max(self.bdpt),
         }
     }
 }
