@@ -1,7 +1,6 @@
 //! A chain made again from its seed, to look into a step of it.
 
-use super::schedule::idle_chain;
-use super::{Chain, Setting, Sink, Splat, Turn, replay, seed_group};
+use super::{Chain, Setting, Sink, Splat, Turn, seed_group, start_chain};
 use crate::accel::Accel;
 use crate::film::{Crop, Filter, SplatBuffer};
 use crate::path::{Ends, Fault, Path, Pool, Sampler, Tally, World};
@@ -25,32 +24,10 @@ pub fn chain_again<const N: usize, A: Accel>(
     which: Which,
     tally: &mut Tally,
 ) -> Option<Chain<N>> {
-    let Which {
-        seed,
-        generation,
-        group,
-        chain: number,
-    } = which;
-    let (world, options) = (set.world, set.options);
-    let batch = seed_group::<N, A>(set, seed, generation, group, tally);
-    let start = *batch.seeds.get(number as usize)?;
-    let mut sampler = Sampler::new(world.max_edges);
-    if !replay(
-        world,
-        options,
-        seed,
-        generation,
-        group,
-        start,
-        &mut sampler,
-        tally,
-    ) {
-        return None;
-    }
-    let mut chain = idle_chain(world, options, seed, (generation, group, number));
-    let (path, pool) = sampler.joined();
-    chain.start(path, pool);
-    Some(chain)
+    let batch = seed_group::<N, A>(set, which.seed, which.generation, which.group, tally);
+    let start = *batch.seeds.get(which.chain as usize)?;
+    let mut sampler = Sampler::new(set.world.max_edges);
+    start_chain(set, which, start, &mut sampler, tally)
 }
 
 /// What a step gave the image.

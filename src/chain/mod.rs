@@ -16,7 +16,7 @@ mod verify;
 pub use again::{Given, Seen, Which, Witness, chain_again, step_seen};
 pub use markov::{Chain, Setting, Turn};
 pub use options::{Direct, MltOptions, Shares};
-pub use schedule::Mlt;
+pub use schedule::{Mlt, start_chain};
 pub use seeding::{Batch, Seed, replay, seed_group};
 pub use sink::{Sink, Splat};
 pub use state::Saved;

@@ -5,7 +5,9 @@
 
 use super::markov::{Chain, Setting};
 use super::sink::{Buffers, FilmSink};
-use super::{Batch, ChainStats, MltOptions, Shape, Sums, TestImage, replay, seed_group, stage};
+use super::{
+    Batch, ChainStats, MltOptions, Seed, Shape, Sums, TestImage, Which, replay, seed_group, stage,
+};
 use crate::accel::Accel;
 use crate::film::{Crop, Filter, Reserve, Shards};
 use crate::path::{Sampler, Tally, World};
@@ -178,24 +180,18 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
                     .zip(0..)
                     .filter(|(_, c)| here(*c))
                     .filter_map(|(s, c)| {
-                        if !replay(
-                            world,
-                            options,
+                        let which = Which {
                             seed,
-                            index,
+                            generation: index,
                             group,
-                            *s,
-                            &mut sampler,
-                            &mut tally,
-                        ) {
+                            chain: c,
+                        };
+                        let chain = start_chain(&set, which, *s, &mut sampler, &mut tally);
+                        if chain.is_none() {
                             tally.fault(crate::path::Fault::ZeroDensity);
-                            return None;
                         }
-                        let mut chain = idle_chain(world, options, seed, (index, group, c));
-                        let (path, pool) = sampler.joined();
-                        chain.start(path, pool);
                         Some(Member {
-                            chain,
+                            chain: chain?,
                             group,
                             number: c,
                             b: batch.target,
@@ -266,6 +262,32 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
         }
         s
     }
+}
+
+/// A chain at the start that its group's seeding chose for it. `None` if the path is not found again.
+pub fn start_chain<const N: usize, A: Accel>(
+    set: &Setting<A>,
+    which: Which,
+    start: Seed,
+    sampler: &mut Sampler<N>,
+    tally: &mut Tally,
+) -> Option<Chain<N>> {
+    let Which {
+        seed,
+        generation,
+        group,
+        chain: number,
+    } = which;
+    let (world, options) = (set.world, set.options);
+    if !replay(
+        world, options, seed, generation, group, start, sampler, tally,
+    ) {
+        return None;
+    }
+    let mut chain = idle_chain(world, options, seed, (generation, group, number));
+    let (path, pool) = sampler.joined();
+    chain.start(path, pool);
+    Some(chain)
 }
 
 /// Chain number `c` of a group in a generation, before it has a path.

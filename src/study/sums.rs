@@ -5,11 +5,10 @@
 //! images differ by rounding alone.
 
 use crate::accel::Accel;
-use crate::chain::{Chain, ChainStats, MltOptions, Setting, Splat, replay, seed_group, stage};
+use crate::chain::{ChainStats, MltOptions, Setting, Splat, Which, seed_group, start_chain};
 use crate::film::{Crop, Filter, PixelErrors};
 use crate::integrator::MltResult;
 use crate::path::{Sampler, Tally, World};
-use crate::sampling::Rng;
 use clap::ValueEnum;
 use rayon::prelude::*;
 
@@ -167,26 +166,16 @@ fn of_group<const N: usize, A: Accel>(
         let batch = seed_group::<N, A>(&set, seed, generation, group, &mut found.seeding);
         found.b.push(batch.b);
         for (c, chosen) in batch.seeds.iter().enumerate() {
-            let t = &mut found.seeding;
-            if !replay(
-                world,
-                options,
+            let which = Which {
                 seed,
                 generation,
                 group,
-                *chosen,
-                &mut sampler,
-                t,
-            ) {
+                chain: c as u32,
+            };
+            let started = start_chain(&set, which, *chosen, &mut sampler, &mut found.seeding);
+            let Some(mut chain) = started else {
                 continue;
-            }
-            let id = generation * options.chains + c as u32;
-            let mut chain = Chain::new(world.max_edges, Rng::new(seed, stage::CHAIN, group, id));
-            if let Some(e) = options.entries(&world.lens, seed, generation, group, c as u32) {
-                chain.stratify(e);
-            }
-            let (path, pool) = sampler.joined();
-            chain.start(path, pool);
+            };
             let cells = &mut found.cells;
             let mut sink = |s: Splat| {
                 let v = s.xyz.map(|v| v * s.weight * batch.target as f32);
