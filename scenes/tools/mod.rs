@@ -14,6 +14,7 @@ pub mod pool;
 pub mod prism;
 pub mod shell;
 pub mod teapot;
+pub mod text;
 pub mod trig;
 pub mod tube;
 
