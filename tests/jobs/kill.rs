@@ -22,6 +22,14 @@ const WORK: [&str; 8] = [
     "160",
 ];
 
+/// Makes `a.exr` and keeps `a.run`.
+const KEPT: [&str; 4] = ["-o", "a.exr", "--checkpoint", "a.run"];
+
+/// The same as often as `every`, from where a run before it stopped.
+fn going_on(every: &str) -> Vec<&str> {
+    [&KEPT[..], &["--every", every, "--resume"]].concat()
+}
+
 fn scene() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-glass/cornell-glass.pbrt")
 }
@@ -110,15 +118,7 @@ fn a_signal_stops_a_render_and_resume_ends_it() {
     let dir = folder();
     let dir = dir.path();
     let whole = untouched(dir);
-    let kept = [
-        "-o",
-        "a.exr",
-        "--checkpoint",
-        "a.run",
-        "--every",
-        "10ms",
-        "--resume",
-    ];
+    let kept = going_on("10ms");
     for name in ["-TERM", "-INT"] {
         let child = start(dir, &kept);
         wait_until_catching(&child);
@@ -165,8 +165,7 @@ fn without_a_checkpoint_a_signal_leaves_the_image_so_far() {
 fn checkpoints_of_other_renders_are_refused_with_what_differs() {
     let dir = folder();
     let dir = dir.path();
-    let kept = ["-o", "a.exr", "--checkpoint", "a.run"];
-    let required = ["-o", "a.exr", "--checkpoint", "a.run", "--resume=require"];
+    let required = [&KEPT[..], &["--resume=require"]].concat();
     let refused = |more: &[&str], all: &[&str], says: &[&str]| {
         let done = render(dir, all).args(more).assert().code(2);
         let said = String::from_utf8_lossy(&done.get_output().stderr).into_owned();
@@ -175,8 +174,8 @@ fn checkpoints_of_other_renders_are_refused_with_what_differs() {
         }
     };
     refused(&[], &required, &["a.run is not there"]);
-    render(dir, &kept).assert().code(0);
-    refused(&[], &kept, &["a.run is there already", "--resume"]);
+    render(dir, &KEPT).assert().code(0);
+    refused(&[], &KEPT, &["a.run is there already", "--resume"]);
     let seed = ["a.run: is of another render: seed is 1 there and 7 here"];
     refused(&["--seed", "7"], &required, &seed);
     let several = [
@@ -195,7 +194,7 @@ fn checkpoints_of_other_renders_are_refused_with_what_differs() {
         "--rounds",
         "160",
     ]);
-    let done = c.args(required).args(other).assert().code(2);
+    let done = c.args(&required).args(other).assert().code(2);
     let said = String::from_utf8_lossy(&done.get_output().stderr).into_owned();
     assert!(several.iter().all(|s| said.contains(s)), "{said}");
     // Damage, one way and the other.
@@ -229,15 +228,7 @@ fn killed(kills: u32) {
     let dir = folder();
     let dir = dir.path();
     let whole = untouched(dir);
-    let kept = [
-        "-o",
-        "a.exr",
-        "--checkpoint",
-        "a.run",
-        "--every",
-        "1ms",
-        "--resume",
-    ];
+    let kept = going_on("1ms");
     let (file, image) = (dir.join("a.run"), dir.join("a.exr"));
     let written = || fs::metadata(&file).and_then(|m| m.modified()).ok();
     let mut rng = Rng::new(9, 9, 9, 9);
