@@ -98,35 +98,15 @@ fn of_one([sum, square, n]: Moments) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::CameraPass;
     use super::super::camera_pass::R2;
+    use super::super::camera_pass::tests::passed;
     use super::*;
-    use crate::accel::{Embree, EmbreeOptions};
-    use crate::path::World;
     use crate::sampling::Rng;
-    use crate::scene::load::{LoadOptions, load_str};
     use glam::Vec2;
 
     /// `mean` samples a pixel of 64 × 64 pixels, each giving the luminance `f`.
     fn pass(mean: f64, f: impl Fn(Vec2, &mut Rng) -> f64 + Sync) -> CameraSums {
-        let text = r#"
-            Film "rgb" "integer xresolution" 64 "integer yresolution" 64
-            PixelFilter "box" "float xradius" 0.5 "float yradius" 0.5
-            Camera "perspective"
-            WorldBegin
-            Shape "sphere""#;
-        let scene =
-            load_str(text, std::path::Path::new(""), &LoadOptions::default()).expect("a scene");
-        let accel = Embree::new(&scene.geometry, EmbreeOptions::default()).expect("Embree builds");
-        let world = World::new(&scene, &accel, 1);
-        let mut pass = CameraPass::new(&world, None, 1000, 1);
-        pass.run::<1, ()>(
-            mean,
-            || (),
-            |_, s, rng, sum| sum.xyz[1] += f(s.raster, rng),
-            |_| (),
-        );
-        pass.sums
+        passed(64, &[mean], 1, f)
     }
 
     /// Samples uniform in [0, 1), of variance 1/12, in 64 × 64 pixels.

@@ -217,37 +217,50 @@ pub fn lens_vertex<const N: usize, A: Accel>(world: &World<A>, rng: &mut Rng) ->
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::accel::{Embree, EmbreeOptions};
     use crate::scene::load::{LoadOptions, load_str};
 
-    /// A uniform white field, after some samples a pixel in the mean.
-    fn white(mean: &[f64], seed: u64) -> (Vec<f64>, f64) {
-        let text = r#"
-            Film "rgb" "integer xresolution" 16 "integer yresolution" 16
+    /// Sums of a square image after each of these numbers of samples a pixel in the mean; a sample gives the luminance `f`.
+    pub fn passed(
+        side: u32,
+        mean: &[f64],
+        seed: u64,
+        f: impl Fn(Vec2, &mut Rng) -> f64 + Sync,
+    ) -> CameraSums {
+        let text = format!(
+            r#"
+            Film "rgb" "integer xresolution" {side} "integer yresolution" {side}
             PixelFilter "box" "float xradius" 0.5 "float yradius" 0.5
             Camera "perspective"
             WorldBegin
-            Shape "sphere""#;
+            Shape "sphere""#
+        );
         let scene =
-            load_str(text, std::path::Path::new(""), &LoadOptions::default()).expect("a scene");
+            load_str(&text, std::path::Path::new(""), &LoadOptions::default()).expect("a scene");
         let accel = Embree::new(&scene.geometry, EmbreeOptions::default()).expect("Embree builds");
         let world = World::new(&scene, &accel, 1);
         let mut pass = CameraPass::new(&world, None, 1000, seed);
-        let taken = std::sync::atomic::AtomicU64::new(0);
         for &until in mean {
             pass.run::<1, ()>(
                 until,
                 || (),
-                |_, _, _, sum| {
-                    sum.xyz[1] += 1.0;
-                    taken.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-                },
+                |_, s, rng, sum| sum.xyz[1] += f(s.raster, rng),
                 |_| (),
             );
         }
-        let image = pass.sums.image().iter().map(|p| p[1]).collect();
+        pass.sums
+    }
+
+    /// A uniform white field, after some samples a pixel in the mean, and how many there were.
+    fn white(mean: &[f64], seed: u64) -> (Vec<f64>, f64) {
+        let taken = std::sync::atomic::AtomicU64::new(0);
+        let sums = passed(16, mean, seed, |_, _| {
+            taken.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+            1.0
+        });
+        let image = sums.image().iter().map(|p| p[1]).collect();
         (image, taken.into_inner() as f64 / 256.0)
     }
 
