@@ -65,11 +65,7 @@ fn dispersion<const N: usize>(
         }
         let mut all = Vec::new();
         compared("spectrum", &sums, &expected, &mut all);
-        let v = Verdict::new(all);
-        println!("{}", v.report());
-        assert!(v.passes(), "{}", v.report());
-        println!("detects {}", v.detects("spectrum"));
-        assert!(v.detects("spectrum") < 0.04, "{}", v.detects("spectrum"));
+        Verdict::judge(all, "spectrum", 0.04);
     });
 }
 

@@ -137,11 +137,7 @@ fn lens<const N: usize>(
         }
         let mut all = Vec::new();
         compared("ring", &sums, &expected, &mut all);
-        let v = Verdict::new(all);
-        println!("{}", v.report());
-        assert!(v.passes(), "{}", v.report());
-        println!("detects {}", v.detects("ring"));
-        assert!(v.detects("ring") < least, "{}", v.detects("ring"));
+        Verdict::judge(all, "ring", least);
     });
 }
 
@@ -210,9 +206,6 @@ fn wavelength_mutations_integrate_the_spectrum() {
         }
         let mut all = Vec::new();
         compared("spectrum", &sums, &expected, &mut all);
-        let v = Verdict::new(all);
-        println!("{}", v.report());
-        assert!(v.passes(), "{}", v.report());
-        assert!(v.detects("spectrum") < 0.06, "{}", v.detects("spectrum"));
+        Verdict::judge(all, "spectrum", 0.06);
     });
 }

@@ -79,6 +79,16 @@ impl Verdict {
         Self { limit, all }
     }
 
+    /// Fails if one of the comparisons does, or if an error of `least` in `family` would go unseen.
+    pub(super) fn judge(all: Vec<Compared>, family: &str, least: f64) {
+        let v = Self::new(all);
+        println!("{}", v.report());
+        assert!(v.passes(), "{}", v.report());
+        let found = v.detects(family);
+        println!("detects {found}");
+        assert!(found < least, "{found}");
+    }
+
     fn z(c: &Compared) -> f64 {
         (c.difference / c.error).abs()
     }
