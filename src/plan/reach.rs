@@ -1,6 +1,7 @@
 //! What can take part in the image at all, as far as that is certain: materials that some surface is made of, lights that
 //! reach something. Where it is not certain a thing counts as taking part.
 
+use super::colour::spectrum;
 use crate::scene::spectrum::Curve;
 use crate::scene::texture::FloatTexture;
 use crate::scene::{Camera, Geometry, Light, Material, Scene};
@@ -90,25 +91,14 @@ fn dark(
     corners: &[Vec3],
     images: &[crate::scene::texture::Image],
 ) -> Option<Dark> {
-    match light {
-        Light::Area { radiance: c, .. }
-        | Light::Point { intensity: c, .. }
-        | Light::Spot { intensity: c, .. }
-        | Light::Distant { irradiance: c, .. }
-        | Light::InfiniteConstant { radiance: c }
-            if is_black(c) =>
-        {
-            return Some(Dark::Black);
-        }
-        Light::InfiniteImage {
-            image, illuminant, ..
-        } => {
-            let black = images
-                .get(*image as usize)
-                .is_none_or(|i| i.rgb().all(|c| c == [0.0; 3]));
-            return (black || is_black(illuminant)).then_some(Dark::Black);
-        }
-        _ => {}
+    let no_texel = match light {
+        Light::InfiniteImage { image, .. } => images
+            .get(*image as usize)
+            .is_none_or(|i| i.rgb().all(|c| c == [0.0; 3])),
+        _ => false,
+    };
+    if no_texel || is_black(spectrum(light)) {
+        return Some(Dark::Black);
     }
     match light {
         Light::Area {
