@@ -6,7 +6,7 @@ use super::identity::Identity;
 use super::job::Job;
 use super::lab::Lab;
 use super::render_args::{AccelArg, PrecisionArg, RenderArgs};
-use super::report::Report;
+use super::report::{Report, processor_seconds};
 use super::watch::{Unwatched, Watched, Watcher};
 use crate::accel::{Accel, Checked, Embree, EmbreeOptions, Obvhs, Recorder};
 use crate::chain::MltOptions;
@@ -263,6 +263,7 @@ fn with_lanes<const N: usize, A: Accel>(
     let world = World::new(scene, accel, scene.settings.max_depth)
         .with_target(job.target)
         .with_plan(&job.plan);
+    let begun = (Instant::now(), processor_seconds());
     let mut looks = Tally::default();
     let decisions = match job.integrator {
         IntegratorKind::Mlt => Decisions::new::<N, A>(args, &job.plan, &world, &mut looks),
@@ -276,7 +277,7 @@ fn with_lanes<const N: usize, A: Accel>(
     if job.integrator == IntegratorKind::Mlt {
         report.decided(decisions);
     }
-    let lab = Lab::new(args, job, scene, &options, report);
+    let lab = Lab::new(args, job, scene, &options, report, begun);
     let mut watched = Watched { watcher, lab: &lab };
     let what = Sampling {
         world: &world,

@@ -34,13 +34,14 @@ pub struct Lab {
 }
 
 impl Lab {
-    /// For a render that begins now.
+    /// For a render that began `begun`.
     pub fn new(
         args: &RenderArgs,
         job: &Job,
         scene: &Scene,
         options: &MltOptions,
         report: Report,
+        begun: (Instant, f64),
     ) -> Self {
         Self {
             report,
@@ -50,7 +51,7 @@ impl Lab {
             grey: GreyBins::of(job),
             target_error: args.target_error,
             scale: scene.settings.film_scale as f64,
-            begun: (Instant::now(), processor_seconds()),
+            begun,
         }
     }
 
