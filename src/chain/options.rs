@@ -25,6 +25,8 @@ pub struct MltOptions {
     pub chains: u32,
     /// Seeding samples of a group in each generation.
     pub seeds: u32,
+    /// The chains start at the first paths found that carry light, and the image's mean is 1: b stays unknown.
+    pub relative: bool,
     /// Steps of a chain in one round.
     pub round: u32,
     /// Rounds of a generation.
@@ -55,6 +57,7 @@ impl Default for MltOptions {
             groups: 16,
             chains: 16,
             seeds: 4096,
+            relative: false,
             round: 64,
             rounds_per_generation: 2048,
             shares: Shares::default(),

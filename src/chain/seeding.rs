@@ -23,8 +23,6 @@ pub struct Batch {
     pub b: f64,
     /// Mean weight over I0: the integral of the chains' target τ/I0. It scales the film.
     pub target: f64,
-    /// Mean of the squares of the weights over I0.
-    pub square: f64,
     /// One for each chain; empty if b is 0.
     pub seeds: Vec<Seed>,
 }
@@ -49,7 +47,8 @@ fn draw<const N: usize, A: Accel>(
 }
 
 /// Seeds one group: n samples, each keeping one of its paths in proportion to its weight, then n' of them at equal
-/// intervals of the cumulative weight, shuffled.
+/// intervals of the cumulative weight, shuffled. With `relative` the first n' samples that carry light are all there is
+/// (the source text's way where a factor does not matter); the chains then start anywhere, and forget it with time alone.
 pub fn seed_group<const N: usize, A: Accel>(
     set: &Setting<A>,
     seed: u64,
@@ -62,7 +61,7 @@ pub fn seed_group<const N: usize, A: Accel>(
     let indirect = options.direct == Direct::Separate;
     let mut bright = 0.0f64;
     let mut chosen = Vec::with_capacity(options.seeds as usize);
-    let (mut total, mut square) = (0.0f64, 0.0f64);
+    let mut total = 0.0f64;
     for sample in 0..options.seeds {
         let faults = tally.impossible();
         let mut rng = stream(seed, generation, group, sample);
@@ -90,12 +89,24 @@ pub fn seed_group<const N: usize, A: Accel>(
         }
         if weight > 0.0 {
             total += weight;
-            square += weight * weight;
             chosen.push((total, pick));
+            if options.relative && chosen.len() == options.chains as usize {
+                break;
+            }
         }
     }
     let n = options.seeds as f64;
     let mut seeds = Vec::new();
+    if options.relative {
+        // As if the mean over the raster were known to be 1.
+        let one = world.lens.raster_area * !chosen.is_empty() as u32 as f64;
+        seeds.extend(chosen.iter().map(|c| c.1));
+        return Batch {
+            b: one,
+            target: one,
+            seeds,
+        };
+    }
     if total > 0.0 {
         let mut rng = Rng::new(seed, stage::RESAMPLING, group, generation);
         let offset = rng.next_f64();
@@ -115,7 +126,6 @@ pub fn seed_group<const N: usize, A: Accel>(
     Batch {
         b: bright / n,
         target: total / n,
-        square: square / n,
         seeds,
     }
 }

@@ -1,7 +1,7 @@
 //! What is decided by a look at the scene with rays: who computes direct light, and whether a coarse image evens out the
 //! samples. The look is a fixed number of samples, so the decisions depend on scene, options and seed alone.
 
-use super::render_args::{DirectArg, RenderArgs, TwoStageArg};
+use super::render_args::{DirectArg, MltArg, RenderArgs, TwoStageArg};
 use crate::accel::Accel;
 use crate::chain::Direct;
 use crate::integrator::Probe;
@@ -31,6 +31,7 @@ impl Decisions {
         Self {
             direct: match args.direct {
                 DirectArg::Chain => Direct::InChain,
+                _ if args.mlt == MltArg::Relative => Direct::InChain,
                 DirectArg::Auto | DirectArg::Separate => Direct::Separate,
             },
             two_stage: args.two_stage == TwoStageArg::On,
@@ -46,12 +47,17 @@ impl Decisions {
         world: &World<A>,
         tally: &mut Tally,
     ) -> Self {
-        let chain = plan.on(Effect::Indirect) || args.direct == DirectArg::Chain;
+        let chain = plan.on(Effect::Indirect)
+            || args.direct == DirectArg::Chain
+            || args.mlt == MltArg::Relative;
         let open = args.direct == DirectArg::Auto || args.two_stage == TwoStageArg::Auto;
-        let open = open && chain;
+        // An image without a scale of its own takes no light from another pass.
+        let relative = args.mlt == MltArg::Relative;
+        let open = open && chain && !relative;
         let probe = open.then(|| Probe::new::<N, A>(world, args.seed, tally));
         let direct = match (args.direct, &probe) {
             (DirectArg::Chain, _) => Direct::InChain,
+            _ if relative => Direct::InChain,
             (DirectArg::Auto, Some(p)) if p.separate_over_chain() > 1.0 => Direct::InChain,
             _ => Direct::Separate,
         };

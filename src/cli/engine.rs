@@ -5,7 +5,7 @@ use super::decide::Decisions;
 use super::identity::Identity;
 use super::job::Job;
 use super::lab::Lab;
-use super::render_args::{AccelArg, PrecisionArg, RenderArgs};
+use super::render_args::{AccelArg, MltArg, PrecisionArg, RenderArgs};
 use super::report::{Report, processor_seconds};
 use super::watch::{Unwatched, Watched, Watcher};
 use crate::accel::{Accel, Checked, Embree, EmbreeOptions, Obvhs, Recorder};
@@ -107,12 +107,17 @@ const TEST_SAMPLES: u32 = 4;
 
 /// Settings of Metropolis light transport.
 pub fn mlt_options(args: &RenderArgs, job: &Job, decided: &Decisions) -> MltOptions {
+    let one = (args.mlt != MltArg::Full).then_some(1);
+    let of = MltOptions::default();
     let options = args.tuning.apply(MltOptions {
         direct: decided.direct,
         bins: sampled_bins(job),
         shares: job.plan.shares,
         test_samples: decided.two_stage.then_some(TEST_SAMPLES),
-        ..MltOptions::default()
+        chains: one.unwrap_or(of.chains),
+        entry_uses: one.unwrap_or(of.entry_uses),
+        relative: args.mlt == MltArg::Relative,
+        ..of
     });
     // Nothing to seed: one sample of each group finds that its b is 0.
     let seeds = if decided.chain { options.seeds } else { 1 };

@@ -2,7 +2,9 @@
 
 use super::CliError;
 use super::plan::EffectArgs;
-use super::render_args::{AccelArg, DirectArg, IntegratorArg, RenderArgs, TargetArg, TwoStageArg};
+use super::render_args::{
+    AccelArg, DirectArg, IntegratorArg, MltArg, RenderArgs, TargetArg, TwoStageArg,
+};
 use crate::film::Bins;
 use crate::integrator::{Budget, Stop};
 use crate::plan::{MOST_EDGES, Options, Plan};
@@ -130,6 +132,16 @@ impl Job {
         }
         if args.two_stage == TwoStageArg::On && !is_mlt {
             return Err(usage("--two-stage is for --integrator mlt".into()));
+        }
+        if args.mlt != MltArg::Full && !is_mlt {
+            return Err(usage("--mlt is for --integrator mlt".into()));
+        }
+        if args.mlt == MltArg::Relative
+            && (args.direct == DirectArg::Separate || args.two_stage == TwoStageArg::On)
+        {
+            let text = "--mlt relative leaves the image's scale unknown: found --direct separate or --two-stage, which \
+                        need it, expected neither";
+            return Err(usage(text.into()));
         }
         if args.tuning.sums.is_some() && args.direct != DirectArg::Chain {
             return Err(usage("--sums is for --direct chain".into()));

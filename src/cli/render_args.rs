@@ -91,6 +91,18 @@ pub enum TargetArg {
     Mixed,
 }
 
+/// How chains are seeded.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum MltArg {
+    /// 16 chains in each of 16 groups, from seeds that are weighted against start-up bias
+    #[default]
+    Full,
+    /// One chain in each group, from one weighted seed (n' = 1)
+    Plain,
+    /// One chain in each group, from the first path found: the image is known but for a factor, and its mean is 1
+    Relative,
+}
+
 /// Render a scene to EXR and PNG.
 ///
 /// Settings come from the command line, else from the scene file's Film, Integrator and Sampler, else from defaults.
@@ -181,6 +193,9 @@ pub struct RenderArgs {
     /// What a chain's visits are proportional to (mlt); mixed unless given
     #[arg(long, value_enum)]
     pub target: Option<TargetArg>,
+    /// How the chains are seeded (mlt)
+    #[arg(long, value_enum, default_value = "full")]
+    pub mlt: MltArg,
     /// Shares of the mutation strategies (mlt), as bidirectional=0.5,lens=0.3,caustic=0.1,multichain=0.1,lenssubpath=0.1,wavelength=0.05
     ///
     /// Relative to each other; 0 removes a strategy, and so does not naming it (wavelength then has 5 %). Bidirectional

@@ -4,9 +4,13 @@ use super::common::scene::{embree, of_file, of_text};
 use super::common::stats::{Estimate, Pair, agree};
 use super::materials::CAMERA;
 use super::{Judged, Limits, QUICK, Work, pairs, runs};
-use metrolux::chain::{Direct::Separate, MltOptions};
+use metrolux::chain::{
+    Direct::{InChain, Separate},
+    MltOptions,
+};
 use metrolux::integrator::{Bdpt, Budget, Quiet, bdpt, mlt, pt};
 use metrolux::path::{Heuristic, Tally, World};
+use metrolux::scene::spectrum::Target;
 use metrolux::scene::{FilterKind, Scene};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -136,4 +140,62 @@ fn a_region_is_its_part_of_the_whole() {
         }
     }
     agree("region", &all);
+}
+
+/// From one seed a group the image is the same; from the first path found it is so but for a factor, and its mean is 1.
+#[test]
+fn plain_and_relative_chains_find_the_image() {
+    let scene = of_file("cornell/cornell.pbrt", 16, 16);
+    let accel = embree(&scene);
+    let world = World::new(&scene, &accel, 3).with_target(Target::Luminance);
+    let plain = MltOptions {
+        groups: 2,
+        chains: 1,
+        entry_uses: 1,
+        direct: InChain,
+        ..MltOptions::default()
+    };
+    let relative = MltOptions {
+        relative: true,
+        ..plain
+    };
+    let run = |options: MltOptions, seeds: Range<u64>| {
+        images(seeds, |seed, tally| {
+            let budget = Budget::PerPixel(2000.0);
+            mlt::<4, _>(&world, &options, budget, seed, &Quiet, tally).image
+        })
+    };
+    let what = Bdpt {
+        heuristic: Heuristic::Power,
+        indirect_only: false,
+    };
+    let reference = images(0..24, |seed, tally| {
+        bdpt::<4, _>(&world, what, Budget::PerPixel(128.0), seed, &Quiet, tally).0
+    });
+    let relative = run(relative, 200..224);
+    let mean = |image: &[[f64; 3]]| image.iter().map(|p| p[1]).sum::<f64>() / image.len() as f64;
+    for image in &relative {
+        assert!((mean(image) - 1.0).abs() < 1e-6, "{}", mean(image));
+    }
+    let plain = run(plain, 100..124);
+    let mut all = Vec::new();
+    for part in 0..4 {
+        let quarter = |image: &Vec<[f64; 3]>| {
+            let here = image.chunks(64).nth(part).expect("four rows each");
+            mean(here)
+        };
+        let estimate = |images: &[Vec<[f64; 3]>], relative: bool| {
+            let unit = |i| if relative { mean(i) } else { 1.0 };
+            Estimate::of(images.iter().map(|i| quarter(i) / unit(i)))
+        };
+        for (name, images, relative) in [("plain", &plain, false), ("relative", &relative, true)] {
+            all.push(Pair {
+                name: format!("{name}, rows {} to {}", 4 * part, 4 * part + 3),
+                found: estimate(images, relative),
+                reference: estimate(&reference, relative),
+                limit: 0.1,
+            });
+        }
+    }
+    agree("plain and relative", &all);
 }
