@@ -3,7 +3,7 @@ CARGO ?= cargo
 
 SCENE ?= scenes/ajar/ajar.pbrt
 
-.PHONY: all render study test test-long bench replay lint deps clean
+.PHONY: all render study test test-long try-engines bench replay lint deps clean
 
 all: deps
 	$(CARGO) build --release
@@ -27,6 +27,11 @@ test: deps
 # Tests that take minutes, among them those marked #[ignore].
 test-long: deps
 	$(CARGO) test --release -- --include-ignored
+
+# Jobs of `metrolux job` on the engines themselves, where they are installed.
+try-engines: all
+	bash tests/engines/slurm.sh
+	bash tests/engines/openjd.sh
 
 bench: deps
 	$(CARGO) bench

@@ -7,6 +7,7 @@ mod compare;
 mod decide;
 mod engine;
 mod error;
+mod farm;
 mod identity;
 mod inspect;
 mod job;
@@ -60,6 +61,7 @@ enum Command {
     Plan(Box<plan::PlanArgs>),
     /// Add up the parts of a render that machines shared
     Merge(merge::MergeArgs),
+    Job(farm::FarmArgs),
     /// Compare an image with a reference
     Compare(compare::CompareArgs),
     /// Make a step of a chain again and print every quantity in it
@@ -85,6 +87,7 @@ pub fn main() -> ExitCode {
         Command::Render(args) => render::run(&args),
         Command::Plan(args) => plan::run(&args),
         Command::Merge(args) => merge::run(&args),
+        Command::Job(args) => farm::run(&args),
         Command::Compare(args) => compare::run(&args, &mut std::io::stdout())
             .map(ExitCode::from)
             .map_err(CliError::from),

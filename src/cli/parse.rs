@@ -63,6 +63,13 @@ pub fn duration(s: &str) -> Result<Duration, String> {
     }
 }
 
+/// A number of parts.
+pub fn parts(s: &str) -> Result<u32, String> {
+    let n = s.parse::<u32>().ok();
+    n.filter(|n| (1..=MOST_SHARDS).contains(n))
+        .ok_or_else(|| format!("expected a number from 1 to {MOST_SHARDS}"))
+}
+
 /// `K/N`, part K of N, as (K − 1, N).
 pub fn shard(s: &str) -> Result<(u32, u32), String> {
     let wrong = || format!("expected K/N, such as 2/16: part K of N, 1 <= K <= N <= {MOST_SHARDS}");
