@@ -58,10 +58,10 @@ parts={parts}
 
 part() {{
     cd -- "$dir" || exit
-    local k=$SLURM_ARRAY_TASK_ID child code heard ended=
+    local k=$SLURM_ARRAY_TASK_ID child code heard told= ended=
     # To the shell alone: the time is nearly over. To every process of the job: Slurm ends it, and knows what comes then.
-    trap 'heard=yes; kill -TERM "$child"' USR1
-    trap 'heard=yes ended=yes' TERM
+    trap 'heard=yes told=yes; kill -TERM "$child"' USR1
+    trap 'heard=yes told=yes ended=yes' TERM
     "$metrolux" render "$scene" --shard "$k/$parts" -o "part.$k" --checkpoint "part.$k.run" --resume \
         --threads "${{SLURM_CPUS_PER_TASK:-$SLURM_CPUS_ON_NODE}}" {options} &
     child=$!
@@ -71,6 +71,8 @@ part() {{
         code=$?
         [ -n "$heard" ] || break
     done
+    # A shell may lose the exit code of a process that ends as it hears a signal: another run finds out.
+    [ -z "$told" ] || case $code in -1 | 127) code=75 ;; esac
     if [ -z "$ended" ]; then
         if [ "$code" -eq 75 ]; then
             echo "part $k stopped with a checkpoint and goes on in another run"
