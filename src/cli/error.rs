@@ -33,14 +33,19 @@ pub enum CliError {
 }
 
 impl CliError {
-    /// 1 internal · 2 usage, scene or unreadable input · 4 output not writable.
-    pub fn exit_code(&self) -> ExitCode {
-        ExitCode::from(match self {
+    /// 1 internal · 2 usage, scene or unreadable input · 4 output not writable · 75 interrupted.
+    pub fn code(&self) -> u8 {
+        match self {
             Self::Scene(_) | Self::Usage(_) => 2,
             Self::Output(e) => e.exit_code(),
             Self::Compare(e) => e.exit_code(),
             Self::Stopped(_) => 75,
             Self::Accel(_) | Self::Internal(_) => 1,
-        })
+        }
+    }
+
+    /// [`Self::code`] as the process returns it.
+    pub fn exit_code(&self) -> ExitCode {
+        ExitCode::from(self.code())
     }
 }

@@ -4,10 +4,12 @@ use super::CliError;
 use super::identity::Identity;
 use super::render_args::{RenderArgs, ResumeArg};
 use super::signals::Signals;
+use super::voice::{Level, Voice};
 use super::watch::{Develop, Watcher};
 use crate::film::{Malformed, Shards};
 use crate::integrator::{Standing, State};
 use crate::output::{ImageError, RunFile, write_run};
+use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -25,7 +27,8 @@ pub struct Keep<'a> {
     args: &'a RenderArgs,
     /// Images to write when asked for on the way.
     outputs: &'a [PathBuf],
-    signals: Signals,
+    signals: &'a Signals,
+    voice: &'a Voice,
     identity: Option<Identity>,
     start: Option<State>,
     /// Where that came from.
@@ -46,7 +49,12 @@ impl<'a> Keep<'a> {
     ///
     /// # Errors
     /// A checkpoint that is in the way, or none where one is required.
-    pub fn new(args: &'a RenderArgs, outputs: &'a [PathBuf]) -> Result<Self, CliError> {
+    pub fn new(
+        args: &'a RenderArgs,
+        outputs: &'a [PathBuf],
+        signals: &'a Signals,
+        voice: &'a Voice,
+    ) -> Result<Self, CliError> {
         if let Some(file) = &args.checkpoint {
             let there = file.exists();
             if there && args.resume.is_none() {
@@ -65,7 +73,8 @@ impl<'a> Keep<'a> {
         Ok(Self {
             args,
             outputs,
-            signals: Signals::catch()?,
+            signals,
+            voice,
             identity: None,
             start: None,
             source: None,
@@ -84,10 +93,20 @@ impl<'a> Keep<'a> {
     }
 
     fn save(&mut self, file: &Path, run: &mut dyn Standing) -> Result<(), CliError> {
+        let begun = Instant::now();
         let label = self.identity.as_ref().map(Identity::label);
         write_run(file, &label.unwrap_or_default(), &mut |w| run.save(w))?;
         self.last = Instant::now();
+        let bytes = std::fs::metadata(file).map_or(0, |m| m.len());
+        let seconds = begun.elapsed().as_secs_f64();
+        let told = json!({ "file": file, "bytes": bytes, "seconds": seconds });
+        self.voice.event("checkpoint", &told);
         Ok(())
+    }
+
+    fn complain(&self, e: &CliError) {
+        let text = format!("{e}; the render goes on");
+        self.voice.insist(Level::Warning, &text);
     }
 
     /// Files to go on from.
@@ -167,7 +186,7 @@ impl Watcher for Keep<'_> {
                 self.failed = Some(e);
             } else {
                 // The last good checkpoint is still there, and there may be room again later.
-                eprintln!("warning: {e}; the render goes on");
+                self.complain(&e);
                 self.last = Instant::now();
             }
         }
@@ -186,7 +205,7 @@ impl Watcher for Keep<'_> {
             let image = develop(run.outcome());
             for file in self.outputs {
                 if let Err(e) = image.write(file, self.args.exposure) {
-                    eprintln!("warning: {e}; the render goes on");
+                    self.complain(&e);
                 }
             }
         }

@@ -6,13 +6,15 @@ use super::job::is_image;
 use super::keep::{bad, list, read_run, refuse_others};
 use super::lab::{GreyBins, Lab};
 use super::report::{Report, write_json};
+use super::voice::{Level, Voice, VoiceArgs};
 use crate::chain::Shares;
 use crate::film::Bins;
-use crate::integrator::State;
+use crate::integrator::{Progress, State};
 use crate::mutation::Strategy;
 use crate::output::{check_writable, write_run};
 use crate::scene::spectrum::Target;
 use clap::Args;
+use serde_json::json;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Instant;
@@ -45,6 +47,8 @@ pub struct MergeArgs {
     /// Write counters as JSON
     #[arg(long, value_name = "FILE")]
     pub stats: Option<PathBuf>,
+    #[command(flatten)]
+    pub voice: VoiceArgs,
     /// No messages but errors
     #[arg(short, long)]
     pub quiet: bool,
@@ -52,6 +56,11 @@ pub struct MergeArgs {
 
 /// Runs the sub-command.
 pub fn run(args: &MergeArgs) -> Result<ExitCode, CliError> {
+    let voice = Voice::new(&args.voice, args.quiet)?;
+    Ok(voice.conclude(work(args, &voice)))
+}
+
+fn work(args: &MergeArgs, voice: &Voice) -> Result<u8, CliError> {
     let start = Instant::now();
     for o in &args.output {
         if !is_image(o) {
@@ -63,7 +72,13 @@ pub fn run(args: &MergeArgs) -> Result<ExitCode, CliError> {
     for o in written.chain(&args.stats) {
         check_writable(o)?;
     }
-    let (identity, mut state) = add_up(args)?;
+    let told = json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "parts": args.parts,
+        "outputs": args.output,
+    });
+    voice.event("start", &told);
+    let (identity, mut state) = add_up(args, voice)?;
     if let Some(file) = &args.checkpoint {
         write_run(file, &identity.label(), &mut |w| state.save(w))?;
     }
@@ -72,33 +87,41 @@ pub fn run(args: &MergeArgs) -> Result<ExitCode, CliError> {
     let rendered = lab.develop(state.outcome(), &tally);
     for o in &args.output {
         rendered.write(o, args.exposure)?;
+        voice.event("written", &json!({ "file": o }));
     }
     if let Some(path) = &args.stats {
         write_json(path, &rendered.report)?;
     }
-    if !args.quiet {
-        eprintln!("{} parts, {} rounds", args.parts.len(), state.rounds());
-        if let Some(line) = rendered.report.error_line() {
-            eprintln!("{line}");
-        }
+    voice.event("counters", &rendered.report);
+    let parts = args.parts.len();
+    voice.say(
+        Level::Note,
+        &format!("{parts} parts, {} rounds", state.rounds()),
+    );
+    if let Some(line) = rendered.report.error_line() {
+        voice.say(Level::Note, &line);
     }
     let impossible = rendered.report.faults_impossible();
     if impossible > 0 {
-        eprintln!("error: {impossible} impossible values were met in the parts");
-        return Ok(ExitCode::from(3));
+        let text = format!("{impossible} impossible values were met in the parts");
+        voice.say(Level::Error, &text);
+        return Ok(3);
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(0)
 }
 
 /// Reads all parts, one in memory at a time beside the sum.
-fn add_up(args: &MergeArgs) -> Result<(Identity, State), CliError> {
+fn add_up(args: &MergeArgs, voice: &Voice) -> Result<(Identity, State), CliError> {
     let (first, others) = args.parts.split_first().expect("clap asks for one");
+    let shown = voice.shown("merging");
     let (identity, mut sum) = read_run(first)?;
-    for file in others {
+    for (i, file) in others.iter().enumerate() {
+        shown.update((i + 1) as f64 / args.parts.len() as f64);
         let (found, state) = read_run(file)?;
         refuse_others(file, &found, &identity)?;
         sum.merge(state).map_err(|e| bad(file, e.0))?;
     }
+    shown.finish(true);
     let missing: Vec<u32> = sum.shards().missing().collect();
     if !missing.is_empty() {
         let (names, of) = (list(missing.iter().copied()), sum.shards().of());
@@ -113,7 +136,7 @@ fn add_up(args: &MergeArgs) -> Result<(Identity, State), CliError> {
                 "{text}: --checkpoint is for a whole render"
             )));
         }
-        eprintln!("warning: {text}");
+        voice.insist(Level::Warning, &text);
     }
     Ok((identity, sum))
 }

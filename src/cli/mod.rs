@@ -21,6 +21,7 @@ mod plan;
 mod plan_measure;
 mod plan_memory;
 mod predict;
+mod progress;
 mod render;
 mod render_args;
 mod replay;
@@ -31,6 +32,7 @@ mod study;
 mod study_run;
 mod tuning;
 mod verify;
+mod voice;
 mod watch;
 
 pub use error::CliError;

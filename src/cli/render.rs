@@ -1,73 +1,138 @@
 //! `metrolux render`.
 
-use super::bar::Bar;
-use super::engine::{self, Prepared};
+use super::engine::{self, Prepared, Rendered};
 use super::keep::{Ended, Keep};
 use super::render_args::RenderArgs;
+use super::signals::Signals;
+use super::voice::{Level, Voice};
 use super::{CliError, replay, report};
+use crate::plan::Strategy;
+use serde_json::json;
+use std::collections::BTreeMap;
+use std::path::Path;
 use std::process::ExitCode;
 
 /// Runs the sub-command.
 pub fn run(args: &RenderArgs) -> Result<ExitCode, CliError> {
+    let voice = Voice::new(&args.voice, args.quiet)?;
+    Ok(voice.conclude(work(args, &voice)))
+}
+
+fn work(args: &RenderArgs, voice: &Voice) -> Result<u8, CliError> {
     let prepared = Prepared::new(args)?;
-    if !args.quiet {
-        let warnings = &prepared.scene.warnings;
-        let wrongs = prepared.job.plan.wrongs();
-        let all = warnings.iter().chain(&wrongs);
-        all.for_each(|w| eprintln!("warning: {w}"));
-        eprintln!("{}", prepared.job.plan.short());
-    }
+    announce(args, &prepared, voice);
     let outputs = &prepared.job.outputs;
     let written = outputs.iter().chain(&args.stats);
     for o in written.chain(&args.record_rays) {
         crate::output::check_writable(o)?;
     }
-    let bar = Bar::new("rendering", args.quiet);
-    let mut keep = Keep::new(args, outputs)?;
-    let rendered = engine::render_watched(args, &prepared, &bar, &mut keep);
-    bar.finish();
+    let signals = Signals::catch()?;
+    let mut keep = Keep::new(args, outputs, &signals, voice)?;
+    let shown = voice.shown("rendering");
+    let rendered = engine::render_watched(args, &prepared, &shown, &mut keep);
+    shown.finish(rendered.is_ok() && keep.ended == Ended::Finished);
     let rendered = rendered?;
     let ended = keep.result()?;
-    let code = stopped(args, ended);
+    let stopped = stopped(args, ended, voice);
     // A part is written where it is known whether it is whole; the image of a render that goes on later is not.
-    if args.shard.is_none() && !(code.is_some() && args.checkpoint.is_some()) {
-        for o in outputs {
-            rendered.write(o, args.exposure)?;
-        }
+    if args.shard.is_none() && !(stopped.is_some() && args.checkpoint.is_some()) {
+        write(args, outputs, &rendered, voice)?;
     }
-    let report = &rendered.report;
     if let Some(path) = &args.stats {
-        report::write_json(path, report)?;
+        report::write_json(path, &rendered.report)?;
     }
-    if !args.quiet {
-        eprintln!("{}", report.summary());
-        if let Some(line) = report.error_line() {
-            eprintln!("{line}");
+    let words: Vec<String> = std::env::args().skip(2).collect();
+    let wrong = judge(&rendered, &words, voice);
+    Ok(wrong.or(stopped).unwrap_or(0))
+}
+
+/// Tells what will be done.
+pub fn announce(args: &RenderArgs, prepared: &Prepared, voice: &Voice) {
+    let Prepared { scene, job, loaded } = prepared;
+    let integrator = format!("{:?}", job.integrator).to_lowercase();
+    voice.event(
+        "start",
+        &json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "scene": args.scene,
+            "scene_hash": format!("{:016x}", scene.hash),
+            "load_seconds": loaded.as_secs_f64(),
+            "integrator": integrator,
+            "seed": args.seed,
+            "resolution": scene.camera.resolution,
+            "region": scene.camera.crop,
+            "outputs": job.outputs,
+        }),
+    );
+    let wrongs = job.plan.wrongs();
+    let all = scene.warnings.iter().chain(&wrongs);
+    all.for_each(|w| voice.say(Level::Warning, w));
+    voice.say(Level::Note, &job.plan.short());
+    let on = job.plan.findings.iter().filter(|f| f.verdict.on());
+    let effects: Vec<_> = on.map(|f| f.effect).collect();
+    let share = |s: &Strategy| (s.name(), job.plan.shares.get(*s));
+    let strategies: BTreeMap<_, _> = Strategy::ALL.iter().map(share).collect();
+    let lanes = job.plan.lanes;
+    voice.event(
+        "plan",
+        &json!({ "effects": effects, "lanes": lanes, "strategies": strategies }),
+    );
+}
+
+/// Writes the images.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write(
+    args: &RenderArgs,
+    outputs: &[impl AsRef<Path>],
+    rendered: &Rendered,
+    voice: &Voice,
+) -> Result<(), CliError> {
+    for o in outputs {
+        rendered.write(o.as_ref(), args.exposure)?;
+        voice.event("written", &json!({ "file": o.as_ref() }));
+    }
+    Ok(())
+}
+
+/// Tells what was rendered by the command with these words, and gives the exit code if something in it must not be.
+pub fn judge(rendered: &Rendered, words: &[String], voice: &Voice) -> Option<u8> {
+    let report = &rendered.report;
+    voice.event("counters", report);
+    voice.say(Level::Note, &report.summary());
+    if let Some(line) = report.error_line() {
+        voice.say(Level::Note, &line);
+    }
+    let mut wrong = false;
+    if let Some(found) = report.disagreement() {
+        wrong = found.wrong() > 0;
+        for line in found.lines() {
+            if wrong {
+                voice.insist(Level::Note, &line);
+            } else {
+                voice.say(Level::Note, &line);
+            }
         }
-    }
-    let checked = report.disagreement();
-    if let Some(found) = checked.filter(|c| !args.quiet || c.wrong() > 0) {
-        found.lines().iter().for_each(|l| eprintln!("{l}"));
-    }
-    if checked.is_some_and(|c| c.wrong() > 0) {
-        eprintln!("error: a backend missed a primitive or named one that is not there");
-        return Ok(ExitCode::from(3));
+        if wrong {
+            let text = "a backend missed a primitive or named one that is not there";
+            voice.say(Level::Error, text);
+        }
     }
     let impossible = report.faults_impossible();
     if impossible > 0 {
-        eprintln!(
-            "error: {impossible} impossible values were met; see the fault counters in the stats"
-        );
+        let text =
+            format!("{impossible} impossible values were met; see the fault counters in the stats");
+        voice.say(Level::Error, &text);
         for site in report.fault_sites() {
-            eprintln!("{}", replay::told(site));
+            voice.insist(Level::Note, &replay::told(site, words));
         }
-        return Ok(ExitCode::from(3));
     }
-    Ok(code.map_or(ExitCode::SUCCESS, ExitCode::from))
+    (wrong || impossible > 0).then_some(3)
 }
 
 /// The exit code of a render that a signal stopped, with a line that says what there is.
-fn stopped(args: &RenderArgs, ended: Ended) -> Option<u8> {
+fn stopped(args: &RenderArgs, ended: Ended, voice: &Voice) -> Option<u8> {
     let Ended::Stopped(signal) = ended else {
         return None;
     };
@@ -76,6 +141,6 @@ fn stopped(args: &RenderArgs, ended: Ended) -> Option<u8> {
         (None, Some(_)) => ("nothing was written".into(), 128 + signal),
         (None, None) => ("the image so far was written".into(), 128 + signal),
     };
-    eprintln!("stopped by a signal: {what}");
+    voice.insist(Level::Note, &format!("stopped by a signal: {what}"));
     Some(code as u8)
 }

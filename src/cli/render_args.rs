@@ -222,6 +222,8 @@ pub struct RenderArgs {
     pub record_rays: Option<PathBuf>,
     #[command(flatten)]
     pub tuning: super::tuning::Tuning,
+    #[command(flatten)]
+    pub voice: super::voice::VoiceArgs,
     /// No progress bar, no messages but errors
     #[arg(short, long)]
     pub quiet: bool,

@@ -48,15 +48,18 @@ pub fn run(args: &ReplayArgs, out: &mut impl Write) -> Result<ExitCode, CliError
     Ok(ExitCode::from(if faults > 0 { 3 } else { 0 }))
 }
 
-/// How to look at the work in which an impossible value was met, for a person: the command that makes it again.
-pub fn told(site: &Site) -> String {
-    let quoted = |a: String| {
-        let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,=:+".contains(c);
-        if !a.is_empty() && a.chars().all(plain) {
-            return a;
-        }
-        format!("'{}'", a.replace('\'', "'\\''"))
-    };
+/// A word as a shell reads it.
+pub fn quoted(a: &String) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,=:+".contains(c);
+    if !a.is_empty() && a.chars().all(plain) {
+        return a.clone();
+    }
+    format!("'{}'", a.replace('\'', "'\\''"))
+}
+
+/// How to look at the work in which an impossible value was met, for a person: the command that makes it again, for a
+/// render with these words after its name.
+pub fn told(site: &Site, words: &[String]) -> String {
     match *site {
         Site::Step {
             generation,
@@ -66,7 +69,7 @@ pub fn told(site: &Site) -> String {
             steps,
         } => {
             // The settings of this render, as they were given.
-            let settings: Vec<String> = std::env::args().skip(2).map(quoted).collect();
+            let settings: Vec<String> = words.iter().map(quoted).collect();
             let many = if steps > 1 {
                 format!(" --steps {steps}")
             } else {

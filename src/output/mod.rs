@@ -1,7 +1,9 @@
-//! Files out (and back in for comparison): EXR with metadata and spectral bins, PNG; every write is atomic.
+//! Files out (and back in for comparison): EXR with metadata and spectral bins, PNG; every write is atomic. Events for
+//! programs that watch.
 
 mod atomic;
 mod error;
+mod events;
 mod exr_read;
 mod exr_write;
 mod image;
@@ -10,6 +12,7 @@ mod run_file;
 
 pub use self::atomic::{check_writable, write_atomic};
 pub use self::error::ImageError;
+pub use self::events::Events;
 pub use self::exr_write::{Layers, Metadata, SpectralBins, spectral_channel_name, write_exr};
 pub use self::image::{Image, Window, from_srgb, to_srgb};
 pub use self::png::{png_bytes, write_png};

@@ -30,11 +30,11 @@ fn going_on(every: &str) -> Vec<&str> {
     [&KEPT[..], &["--every", every, "--resume"]].concat()
 }
 
-fn scene() -> PathBuf {
+pub fn scene() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell-glass/cornell-glass.pbrt")
 }
 
-fn metrolux() -> Command {
+pub fn metrolux() -> Command {
     Command::new(env!("CARGO_BIN_EXE_metrolux"))
 }
 
@@ -65,7 +65,7 @@ fn bits(file: &Path) -> Vec<u32> {
     image.rgb.iter().flatten().map(|v| v.to_bits()).collect()
 }
 
-fn folder() -> TempDir {
+pub fn folder() -> TempDir {
     tempfile::tempdir().expect("a folder")
 }
 

@@ -6,3 +6,4 @@ mod kill;
 mod parts;
 mod resume;
 mod runs;
+mod voice;
