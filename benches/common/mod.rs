@@ -9,7 +9,14 @@ use std::time::Instant;
 /// Reads a scene; a relative path starts at the package.
 pub fn scene(path: &str) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
-    load_scene(&path, &LoadOptions { lenient: true }).unwrap_or_else(|e| panic!("{e}"))
+    load_scene(
+        &path,
+        &LoadOptions {
+            lenient: true,
+            ..LoadOptions::default()
+        },
+    )
+    .unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// Embree as a render uses it.

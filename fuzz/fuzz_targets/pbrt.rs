@@ -8,6 +8,9 @@ use std::path::Path;
 fuzz_target!(|bytes: &[u8]| {
     let text = String::from_utf8_lossy(bytes);
     for lenient in [false, true] {
-        let _ = load_str(&text, Path::new(""), &LoadOptions { lenient });
+        let _ = load_str(&text, Path::new(""), &LoadOptions {
+        lenient,
+        ..LoadOptions::default()
+    });
     }
 });

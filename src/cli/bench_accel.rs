@@ -256,7 +256,16 @@ impl Input<'_> {
     fn geometry(&self, args: &BenchAccelArgs) -> Result<Geometry, CliError> {
         let lenient = args.lenient;
         Ok(match self {
-            Self::Scene(path) => load_scene(path, &LoadOptions { lenient })?.geometry,
+            Self::Scene(path) => {
+                load_scene(
+                    path,
+                    &LoadOptions {
+                        lenient,
+                        ..LoadOptions::default()
+                    },
+                )?
+                .geometry
+            }
             Self::Rays(path) => read_rays(path)?.0,
             Self::Terrain(n) => terrain::terrain(*n as usize),
         })
@@ -267,7 +276,13 @@ impl Input<'_> {
         let (geometry, sets) = match self {
             Self::Scene(path) => {
                 let lenient = args.lenient;
-                let scene = load_scene(path, &LoadOptions { lenient })?;
+                let scene = load_scene(
+                    path,
+                    &LoadOptions {
+                        lenient,
+                        ..LoadOptions::default()
+                    },
+                )?;
                 let sets = {
                     let embree = Embree::new(&scene.geometry, EmbreeOptions::default())?;
                     of_scene(&scene, &embree, count)

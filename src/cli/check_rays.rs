@@ -118,7 +118,13 @@ fn work(args: &CheckRaysArgs) -> Result<Disagreement, CliError> {
         return check(&geometry, |_| given(rays.clone()));
     }
     let lenient = args.lenient;
-    let scene = load_scene(path, &LoadOptions { lenient })?;
+    let scene = load_scene(
+        path,
+        &LoadOptions {
+            lenient,
+            ..LoadOptions::default()
+        },
+    )?;
     check(&scene.geometry, |embree| {
         if args.ray.is_empty() {
             all(of_scene(&scene, embree, count))

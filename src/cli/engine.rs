@@ -14,7 +14,7 @@ use crate::film::Bins;
 use crate::integrator::{Bdpt, Budget, Outcome, Progress, Sampling, bdpt_kept, mlt_kept, pt_kept};
 use crate::output::{Image, ImageError, Layers, Metadata, SpectralBins, write_exr, write_png};
 use crate::path::{Heuristic, Tally, World};
-use crate::scene::load::{LoadOptions, load_scene};
+use crate::scene::load::load_scene;
 use crate::scene::{IntegratorKind, Scene};
 use crate::study::sums::mlt_with_sums;
 use std::path::Path;
@@ -37,8 +37,7 @@ impl Prepared {
     /// A scene that cannot be read, options that do not go together.
     pub fn new(args: &RenderArgs) -> Result<Self, CliError> {
         let start = Instant::now();
-        let lenient = args.lenient;
-        let mut scene = load_scene(&args.scene, &LoadOptions { lenient })?;
+        let mut scene = load_scene(&args.scene, &args.load_options())?;
         let job = Job::new(args, &mut scene)?;
         Ok(Self {
             scene,

@@ -2,6 +2,7 @@
 
 use super::parse::{duration, positive, region, size};
 use crate::chain::Shares;
+use crate::scene::load::{LoadOptions, Setting};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -211,6 +212,13 @@ pub struct RenderArgs {
     /// Treat unsupported directives as warnings
     #[arg(long)]
     pub lenient: bool,
+    /// Change the scene: 'camera="float fov" 30' sets a parameter, 'view=LookAt …' moves the camera; may be given several
+    /// times
+    ///
+    /// TEXT is as in a scene file. Targets are view (all transforms before Camera), camera, film, filter, sampler,
+    /// integrator, material NAME, texture NAME, and light N and arealight N for the Nth LightSource and AreaLightSource.
+    #[arg(long, value_name = "TARGET=TEXT", value_parser = Setting::parse)]
+    pub set: Vec<Setting>,
     /// Embree's precision; fast may let a ray through an edge
     #[arg(long, value_enum, default_value = "robust")]
     pub accel_precision: PrecisionArg,
@@ -227,6 +235,16 @@ pub struct RenderArgs {
     /// No progress bar, no messages but errors
     #[arg(short, long)]
     pub quiet: bool,
+}
+
+impl RenderArgs {
+    /// How the scene is to be read.
+    pub fn load_options(&self) -> LoadOptions {
+        LoadOptions {
+            lenient: self.lenient,
+            settings: self.set.clone(),
+        }
+    }
 }
 
 /// What to do without a checkpoint to go on from.

@@ -99,6 +99,8 @@ pub struct Scene {
     pub hash: u64,
     /// Where materials, shapes, lights and the camera stand in the scene file.
     pub sources: Sources,
+    /// Files it was read from.
+    pub files: Vec<std::path::PathBuf>,
 }
 
 impl Scene {

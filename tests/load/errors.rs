@@ -206,7 +206,10 @@ fn unsupported() {
         let e = load(&text).unwrap_err();
         assert_eq!(e.to_string(), want);
         assert_eq!(e.fault, Fault::Unsupported);
-        let lenient = LoadOptions { lenient: true };
+        let lenient = LoadOptions {
+            lenient: true,
+            ..LoadOptions::default()
+        };
         let s = load_str(&text, Path::new(""), &lenient).unwrap();
         assert_eq!(s.geometry.triangles.len(), 1, "{body}");
         assert!(
@@ -224,7 +227,15 @@ fn thickness_of_a_coat() {
         let coat =
             format!("Material \"coateddiffuse\" \"rgb reflectance\" [0.2 0.3 0.4] {thickness}");
         let text = format!("WorldBegin\n{coat}\n{TRIANGLE}");
-        load_str(&text, Path::new(""), &LoadOptions { lenient: true }).expect("lenient")
+        load_str(
+            &text,
+            Path::new(""),
+            &LoadOptions {
+                lenient: true,
+                ..LoadOptions::default()
+            },
+        )
+        .expect("lenient")
     };
     let plain = with("");
     assert_eq!(with("\"float thickness\" 0.2").materials, plain.materials);

@@ -19,7 +19,13 @@ fn shared(scene: &str) -> Option<PathBuf> {
 
 fn load(scene: &str, lenient: bool) -> Option<Scene> {
     let path = shared(scene)?;
-    match load_scene(&path, &LoadOptions { lenient }) {
+    match load_scene(
+        &path,
+        &LoadOptions {
+            lenient,
+            ..LoadOptions::default()
+        },
+    ) {
         Ok(s) => Some(s),
         Err(e) => panic!("{e}"),
     }

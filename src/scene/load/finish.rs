@@ -14,6 +14,9 @@ impl Loader {
         if !self.in_world {
             return Err(SceneError::syntax(whole, "the scene has no WorldBegin"));
         }
+        if let Some(e) = self.settings.unused() {
+            return Err(e);
+        }
         let film = self.film()?;
         let (mut camera, eye, exposure) = self.camera(&film)?;
         let settings = self.render_settings(&film, exposure)?;
@@ -47,6 +50,9 @@ impl Loader {
         if lights.is_empty() {
             self.warn(whole, "the scene has no light");
         }
+        let mut files = self.library.files.seen.take();
+        files.sort();
+        files.dedup();
         let mut scene = Scene {
             geometry,
             materials: self.library.materials,
@@ -58,6 +64,7 @@ impl Loader {
             warnings: self.warnings,
             hash: 0,
             sources,
+            files,
         };
         scene.hash = super::hash::scene_hash(&scene);
         Ok(scene)

@@ -16,6 +16,7 @@ mod place;
 mod ply;
 mod quadric;
 mod render;
+mod setting;
 mod shape;
 mod spectra;
 mod state;
@@ -27,6 +28,7 @@ mod view;
 mod world;
 
 pub use error::{Fault, Location, SceneError};
+pub use setting::Setting;
 
 use super::Scene;
 use std::path::Path;
@@ -36,6 +38,8 @@ use std::path::Path;
 pub struct LoadOptions {
     /// Warn about what is not supported and go on without it, instead of refusing the scene.
     pub lenient: bool,
+    /// Changes to what the file says.
+    pub settings: Vec<Setting>,
 }
 
 /// Reads a pbrt-v4 scene. File names in it are relative to the folder of `path`.
@@ -48,6 +52,7 @@ pub fn load_scene(path: &Path, options: &LoadOptions) -> Result<Scene, SceneErro
         line: 0,
         column: 0,
     };
+    loader.library.files.seen.borrow_mut().push(path.into());
     loader.read_file(path, &name, &whole)?;
     loader.finish(&whole)
 }

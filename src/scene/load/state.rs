@@ -7,12 +7,14 @@ use super::light::{AreaLight, PendingLight};
 use super::material::MaterialRef;
 use super::params::{Param, Params};
 use super::place::{Placeable, World};
+use super::setting::Settings;
 use super::spectra::Emitted;
 use super::transform::singular;
 use crate::scene::material::Material;
 use crate::scene::texture::{FloatTexture, SpectrumTexture};
 use crate::scene::{Source, Sources};
 use glam::DMat4;
+use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -21,11 +23,15 @@ use std::rc::Rc;
 #[derive(Clone, Debug)]
 pub(super) struct Files {
     pub(super) base: PathBuf,
+    /// All files that the scene is made of, so far.
+    pub(super) seen: Rc<RefCell<Vec<PathBuf>>>,
 }
 
 impl Files {
     pub(super) fn resolve(&self, name: &str) -> PathBuf {
-        self.base.join(Path::new(name))
+        let path = self.base.join(Path::new(name));
+        self.seen.borrow_mut().push(path.clone());
+        path
     }
 }
 
@@ -76,6 +82,7 @@ pub(super) struct Prelude {
 /// The reader's state.
 pub(super) struct Loader {
     pub(super) lenient: bool,
+    pub(super) settings: Settings,
     pub(super) warnings: Vec<String>,
     pub(super) gs: GraphicsState,
     /// Saved states, with the directive that saved each and its place.
@@ -97,6 +104,7 @@ impl Loader {
     pub(super) fn new(base: &Path, options: &LoadOptions) -> Self {
         Self {
             lenient: options.lenient,
+            settings: Settings::new(&options.settings),
             warnings: Vec::new(),
             gs: GraphicsState {
                 ctm: DMat4::IDENTITY,
@@ -111,7 +119,10 @@ impl Loader {
             in_world: false,
             prelude: Prelude::default(),
             library: Library {
-                files: Files { base: base.into() },
+                files: Files {
+                    base: base.into(),
+                    seen: Rc::default(),
+                },
                 images: Images::default(),
                 materials: Vec::new(),
                 names: HashMap::new(),

@@ -5,6 +5,7 @@ use super::material::MaterialRef;
 use super::params::{Params, Type};
 use super::state::{ATTRIBUTE_TARGETS, Library, Loader, Pending, source};
 use super::token::Tokenizer;
+use glam::DMat4;
 use std::rc::Rc;
 
 impl Loader {
@@ -16,15 +17,22 @@ impl Loader {
     ) -> Result<()> {
         match word {
             "Camera" => {
-                let pending = pending(word, t, at)?;
+                if let Some((view, name)) = self.settings.view() {
+                    self.gs.start_active = true;
+                    self.gs.ctm = DMat4::IDENTITY;
+                    self.read_text(&view, &name)?;
+                }
+                let pending = self.prelude(word, "camera", t, at)?;
                 let to_world = self.gs.ctm.inverse();
                 self.coordinate_systems.insert("camera".into(), to_world);
                 self.prelude.camera = Some((pending, self.gs.ctm));
             }
-            "Film" => self.prelude.film = Some(pending(word, t, at)?),
-            "PixelFilter" => self.prelude.filter = Some(pending(word, t, at)?),
-            "Sampler" => self.prelude.sampler = Some(pending(word, t, at)?),
-            "Integrator" => self.prelude.integrator = Some(pending(word, t, at)?),
+            "Film" => self.prelude.film = Some(self.prelude(word, "film", t, at)?),
+            "PixelFilter" => self.prelude.filter = Some(self.prelude(word, "filter", t, at)?),
+            "Sampler" => self.prelude.sampler = Some(self.prelude(word, "sampler", t, at)?),
+            "Integrator" => {
+                self.prelude.integrator = Some(self.prelude(word, "integrator", t, at)?)
+            }
             "Accelerator" => drop(pending(word, t, at)?),
             "Material" => {
                 let p = self.named_params(word, "material", t, at)?;
@@ -46,7 +54,8 @@ impl Loader {
                 self.shape(&p.kind, &p.params)?;
             }
             "AreaLightSource" => {
-                let p = self.named_params(word, "light", t, at)?;
+                let mut p = self.named_params(word, "light", t, at)?;
+                self.settings.apply_to_light(1, &mut p.params)?;
                 let made = self.library.area_light(&p.kind, &p.params);
                 self.gs.area_light = self.tolerate(made)?.map(Rc::new);
                 if self.gs.area_light.is_some() {
@@ -54,7 +63,8 @@ impl Loader {
                 }
             }
             "LightSource" => {
-                let p = self.named_params(word, "light", t, at)?;
+                let mut p = self.named_params(word, "light", t, at)?;
+                self.settings.apply_to_light(0, &mut p.params)?;
                 let ctm = self.gs.ctm;
                 let made = self.library.light(&p.kind, &p.params, &ctm);
                 if let Some(light) = self.tolerate(made)? {
@@ -87,6 +97,19 @@ impl Loader {
             _ => self.skip(word, t, at)?,
         }
         Ok(())
+    }
+
+    /// A directive before WorldBegin, with the changes to it.
+    fn prelude(
+        &mut self,
+        word: &str,
+        target: &str,
+        t: &mut Tokenizer<'_>,
+        at: &Location,
+    ) -> Result<Pending> {
+        let mut p = pending(word, t, at)?;
+        self.settings.apply(target, &mut p.params)?;
+        Ok(p)
     }
 
     /// A directive with its kind and parameters, followed by the defaults of `Attribute`.
@@ -126,6 +149,7 @@ impl Loader {
         let name = t.string("the name of a material")?;
         let owner = format!("MakeNamedMaterial \"{name}\"");
         let mut p = Params::parse(t, owner, at.clone())?;
+        self.settings.apply(&format!("material {name}"), &mut p)?;
         self.add_defaults(&mut p, "material");
         let Some(kind) = p.typed("type", &[Type::String])? else {
             return Err(
@@ -165,6 +189,7 @@ impl Loader {
         let kind = t.string("\"float\" or \"spectrum\"")?;
         let class = t.string("a kind of texture")?;
         let mut p = Params::parse(t, format!("Texture \"{name}\""), at.clone())?;
+        self.settings.apply(&format!("texture {name}"), &mut p)?;
         self.add_defaults(&mut p, "texture");
         let made = self.library.define_texture(&name, &kind, &class, &p);
         match self.tolerate(made)? {
