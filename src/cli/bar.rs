@@ -1,7 +1,7 @@
 //! The progress bar: on a terminal only, with an estimate of the time left.
 
 use crate::integrator::Progress;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
 use std::sync::{Mutex, PoisonError};
 
@@ -19,6 +19,20 @@ impl Bar {
         if quiet || !std::io::stderr().is_terminal() {
             bar.set_draw_target(ProgressDrawTarget::hidden());
         }
+        Self::dressed(bar, what)
+    }
+
+    /// A bar among others, below those that are there.
+    pub fn among(bars: &MultiProgress, what: &str) -> Self {
+        Self::dressed(bars.add(ProgressBar::new(1000)), what)
+    }
+
+    /// A bar among others, above the last.
+    pub fn above_last(bars: &MultiProgress, what: &str) -> Self {
+        Self::dressed(bars.insert_from_back(1, ProgressBar::new(1000)), what)
+    }
+
+    fn dressed(bar: ProgressBar, what: &str) -> Self {
         let style = ProgressStyle::with_template(
             "{msg} [{bar:32}] {percent:>3} %  {elapsed} so far, {eta} to go",
         )

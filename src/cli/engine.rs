@@ -17,6 +17,7 @@ use crate::path::{Heuristic, Tally, World};
 use crate::scene::load::load_scene;
 use crate::scene::{IntegratorKind, Scene};
 use crate::study::sums::mlt_with_sums;
+use rayon::ThreadPool;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -37,13 +38,17 @@ impl Prepared {
     /// A scene that cannot be read, options that do not go together.
     pub fn new(args: &RenderArgs) -> Result<Self, CliError> {
         let start = Instant::now();
-        let mut scene = load_scene(&args.scene, &args.load_options())?;
+        let scene = load_scene(&args.scene, &args.load_options())?;
+        Self::of(args, scene, start.elapsed())
+    }
+
+    /// Resolves the arguments for a scene that was loaded in that time.
+    ///
+    /// # Errors
+    /// Options that do not go together.
+    pub fn of(args: &RenderArgs, mut scene: Scene, loaded: Duration) -> Result<Self, CliError> {
         let job = Job::new(args, &mut scene)?;
-        Ok(Self {
-            scene,
-            job,
-            loaded: start.elapsed(),
-        })
+        Ok(Self { scene, job, loaded })
     }
 }
 
@@ -133,10 +138,7 @@ pub fn decide(args: &RenderArgs, prepared: &Prepared) -> Result<Decisions, CliEr
     let world = World::new(scene, &accel, scene.settings.max_depth)
         .with_target(job.target)
         .with_plan(&job.plan);
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(job.threads)
-        .build()
-        .map_err(|e| CliError::Internal(format!("cannot start threads: {e}")))?;
+    let pool = threads(job.threads)?;
     let tally = &mut Tally::default();
     Ok(pool.install(|| match job.plan.lanes {
         1 => Decisions::new::<1, _>(args, &job.plan, &world, tally),
@@ -168,11 +170,31 @@ pub fn render_watched(
     progress: &dyn Progress,
     watcher: &mut (dyn Watcher + Send),
 ) -> Result<Rendered, CliError> {
+    let pool = threads(prepared.job.threads)?;
+    render_on(&pool, args, prepared, progress, watcher)
+}
+
+/// So many threads; 0 for one a core.
+///
+/// # Errors
+/// Threads that cannot be started.
+pub fn threads(count: usize) -> Result<ThreadPool, CliError> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build();
+    pool.map_err(|e| CliError::Internal(format!("cannot start threads: {e}")))
+}
+
+/// As [`render_watched`], on threads that are there.
+///
+/// # Errors
+/// Those of [`render_watched`].
+pub fn render_on(
+    pool: &ThreadPool,
+    args: &RenderArgs,
+    prepared: &Prepared,
+    progress: &dyn Progress,
+    watcher: &mut (dyn Watcher + Send),
+) -> Result<Rendered, CliError> {
     let Prepared { scene, job, loaded } = prepared;
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(job.threads)
-        .build()
-        .map_err(|e| CliError::Internal(format!("cannot start threads: {e}")))?;
     let build = Instant::now();
     let told = |embree: String| Told {
         load: *loaded,

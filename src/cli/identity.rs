@@ -200,7 +200,7 @@ fn plan(args: &RenderArgs, job: &Job) -> String {
 }
 
 /// Architecture and the instruction sets that change how sums are rounded or which code runs.
-fn machine() -> String {
+pub fn machine() -> String {
     let mut m = std::env::consts::ARCH.to_owned();
     for (has, name) in [
         (cfg!(target_feature = "fma"), "fma"),

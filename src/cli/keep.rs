@@ -34,6 +34,10 @@ pub struct Keep<'a> {
     /// Where that came from.
     source: Option<PathBuf>,
     last: Instant,
+    /// Times that the image so far had been asked for when it was last looked at.
+    shown: usize,
+    /// A run that ends sooner than this needs no checkpoint at its end.
+    trifle: Duration,
     /// How it ended.
     pub ended: Ended,
     /// What could not be written at the end.
@@ -79,9 +83,17 @@ impl<'a> Keep<'a> {
             start: None,
             source: None,
             last: Instant::now(),
+            shown: signals.shows(),
+            trifle: Duration::ZERO,
             ended: Ended::Finished,
             failed: None,
         })
+    }
+
+    /// A run that ends within this time is not written at its end: making it again is cheaper.
+    pub fn sparing(mut self, trifle: Duration) -> Self {
+        self.trifle = trifle;
+        self
     }
 
     /// What could not be written when the render ended.
@@ -176,10 +188,12 @@ impl Watcher for Keep<'_> {
 
     fn between(&mut self, run: &mut dyn Standing, develop: Develop, finished: bool) -> bool {
         let stop = self.signals.stop().filter(|_| !finished);
-        let show = self.signals.show();
+        let show = self.signals.shows() > self.shown;
+        self.shown = self.signals.shows();
         let due = self.last.elapsed() >= self.args.every;
+        let whole = finished && self.last.elapsed() >= self.trifle;
         if let Some(file) = &self.args.checkpoint
-            && (finished || stop.is_some() || show || due)
+            && (whole || stop.is_some() || show || due)
             && let Err(e) = self.save(file, run)
         {
             if finished || stop.is_some() {

@@ -1,6 +1,7 @@
 //! The command line: typed arguments → resolved job → work. One file a sub-command.
 
 mod bar;
+mod batch;
 mod bench_accel;
 mod check_rays;
 mod compare;
@@ -17,6 +18,7 @@ mod manual;
 mod merge;
 mod mutate;
 mod parse;
+mod pilots;
 mod plan;
 mod plan_measure;
 mod plan_memory;
@@ -61,6 +63,8 @@ enum Command {
     Render(Box<render_args::RenderArgs>),
     /// Tell what a scene calls for, why, and how it will be rendered
     Plan(Box<plan::PlanArgs>),
+    /// Render many images that a file lists
+    Batch(batch::BatchArgs),
     /// Add up the parts of a render that machines shared
     Merge(merge::MergeArgs),
     Job(farm::FarmArgs),
@@ -88,6 +92,7 @@ pub fn main() -> ExitCode {
     let done = match cli.command {
         Command::Render(args) => render::run(&args),
         Command::Plan(args) => plan::run(&args),
+        Command::Batch(args) => batch::run(&args),
         Command::Merge(args) => merge::run(&args),
         Command::Job(args) => farm::run(&args),
         Command::Compare(args) => compare::run(&args, &mut std::io::stdout())

@@ -2,15 +2,15 @@
 
 use super::CliError;
 use super::bar::Bar;
-use super::engine::{self, Prepared};
+use super::engine::Prepared;
 use super::parse::{duration, positive};
+use super::pilots::{Clock, Pilots, first_look};
 use super::study::parse;
 use super::study_run::base;
-use crate::integrator::{Progress, Quiet};
+use crate::integrator::Progress;
 use crate::scene::IntegratorKind;
-use crate::study::fit::Pace;
 use crate::study::interval::Interval;
-use crate::study::predict::{CONFIDENCE, Forecast, Pilot, forecast};
+use crate::study::predict::{CONFIDENCE, Forecast};
 use crate::study::words::{bounds, digits, percent, time};
 use clap::Args;
 use serde::Serialize;
@@ -51,11 +51,6 @@ pub struct PredictArgs {
     pub render: Vec<String>,
 }
 
-/// Work of a pilot: mutations a pixel, samples a pixel. The error of fewer than 32 samples a pixel is told as if they were
-/// not stratified, so that a quarter of a pilot must not have fewer.
-const MUTATIONS: f64 = 16.0;
-const SAMPLES: u64 = 128;
-
 /// What is printed as JSON.
 #[derive(Serialize)]
 struct Told {
@@ -73,43 +68,23 @@ struct Told {
 pub fn run(args: &PredictArgs) -> Result<ExitCode, CliError> {
     let prepared = base(&args.scene, &args.render)?;
     let chains = prepared.job.integrator == IntegratorKind::Mlt;
-    let [x0, y0, x1, y1] = prepared.scene.camera.crop;
-    let pixels = (x1 - x0) as u64 * (y1 - y0) as u64;
-    let options = crate::chain::MltOptions::default();
-    let rounds = if chains {
-        options
-            .rounds_for(MUTATIONS, pixels)
-            .next_power_of_two()
-            .max(4)
-    } else {
-        SAMPLES
-    };
+    let mut words = vec![args.scene.display().to_string()];
+    words.extend(args.render.iter().cloned());
+    let mut wanted = parse(&words)?;
+    wanted.seed = args.seed;
     let bar = Bar::new("predicting", args.quiet);
-    let (mut pilots, mut times) = (Vec::new(), Vec::new());
-    for i in 0..args.pilots {
-        for (k, rounds) in [rounds / 4, rounds].into_iter().enumerate() {
-            // Far from the seeds that people choose.
-            let seed = (args.seed ^ 0x9e37_79b9_0000_0000).wrapping_add(2 * i + k as u64);
-            let (pilot, seconds) = render(args, rounds, seed)?;
-            pilots.push(pilot);
-            times.push((rounds as f64, seconds));
-        }
-        bar.update((i + 1) as f64 / args.pilots as f64);
-    }
+    let pilots = Pilots::of(&wanted, args.pilots, &|done| bar.update(done));
     bar.finish();
-    let Some(forecast) = forecast(&pilots) else {
+    let pilots = pilots?;
+    let Some(forecast) = pilots.forecast() else {
         let text = "the pilots found no light, so nothing can be predicted: expected more by --pilots, or a scene that is lit";
         return Err(CliError::Usage(text.into()));
     };
-    // The first render of a process finds cold caches.
-    let clock = Clock {
-        pace: Pace::of(&times[2.min(times.len())..]),
-        generation: chains.then_some(options.rounds_per_generation),
-    };
+    let clock = pilots.clock();
     let told = conclude(args, &prepared, &forecast, &clock, chains);
     let told = Told {
-        pilot_rounds: rounds,
-        pilot_seconds: times.iter().map(|t| t.1).sum(),
+        pilot_rounds: pilots.rounds,
+        pilot_seconds: pilots.times.iter().map(|t| t.1).sum(),
         ..told
     };
     if args.json {
@@ -123,32 +98,6 @@ pub fn run(args: &PredictArgs) -> Result<ExitCode, CliError> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Rounds to seconds, with a new seeding for each generation.
-struct Clock {
-    pace: Pace,
-    generation: Option<u32>,
-}
-
-impl Clock {
-    fn seconds(&self, rounds: f64) -> f64 {
-        let starts = self
-            .generation
-            .map_or(1.0, |g| (rounds / f64::from(g)).ceil().max(1.0));
-        self.pace.start * starts + self.pace.each * rounds
-    }
-
-    fn rounds(&self, seconds: f64) -> f64 {
-        let once = self.pace.work(seconds);
-        let again = self
-            .generation
-            .map_or(0.0, |g| self.pace.start / f64::from(g));
-        // Starts of further generations come off what one start leaves.
-        (once * self.pace.each / (self.pace.each + again))
-            .max(1.0)
-            .floor()
-    }
-}
-
 fn conclude(
     args: &PredictArgs,
     prepared: &Prepared,
@@ -158,14 +107,7 @@ fn conclude(
 ) -> Told {
     let (rounds, error) = match (args.target_error, args.time_limit) {
         (Some(target), _) => {
-            let rounds = forecast.rounds_for(
-                target,
-                if chains {
-                    1
-                } else {
-                    crate::integrator::FIRST_LOOK
-                },
-            );
+            let rounds = forecast.rounds_for(target, first_look(chains));
             (rounds, forecast.error_after(rounds.value))
         }
         (_, limit) => {
@@ -215,24 +157,4 @@ fn print(args: &PredictArgs, t: &Told, chains: bool) {
             100.0 * t.confidence
         );
     }
-}
-
-/// A pilot with its wall time.
-fn render(args: &PredictArgs, rounds: u64, seed: u64) -> Result<(Pilot, f64), CliError> {
-    let mut words = vec![args.scene.display().to_string()];
-    words.extend(args.render.iter().cloned());
-    for (name, value) in [("--rounds", rounds), ("--seed", seed)] {
-        words.extend([name.to_owned(), value.to_string()]);
-    }
-    let parsed = parse(&words)?;
-    let prepared = Prepared::new(&parsed)?;
-    let rendered = engine::render(&parsed, &prepared, &Quiet)?;
-    let report =
-        serde_json::to_value(&rendered.report).map_err(|e| CliError::Internal(e.to_string()))?;
-    let number = |at: &str| report.pointer(at).and_then(serde_json::Value::as_f64);
-    let error = number("/error/relative").unwrap_or(f64::NAN);
-    Ok((
-        Pilot { rounds, error },
-        number("/wall_seconds").unwrap_or(0.0).max(1e-6),
-    ))
 }

@@ -36,10 +36,15 @@ impl<'a> Shown<'a> {
     /// Nothing is done yet.
     pub fn new(voice: &'a Voice, what: &'static str) -> Self {
         let bar = voice.progress == ProgressArg::Auto && !voice.is_quiet();
+        Self::with(voice, what, bar.then(|| Bar::new(what, false)))
+    }
+
+    /// The same, with a bar that stands already.
+    pub fn with(voice: &'a Voice, what: &'static str, bar: Option<Bar>) -> Self {
         Self {
             voice,
             what,
-            bar: bar.then(|| Bar::new(what, false)),
+            bar,
             told: Mutex::new(Told {
                 begun: Instant::now(),
                 first: None,
@@ -47,6 +52,13 @@ impl<'a> Shown<'a> {
                 event: None,
                 part: 0.0,
             }),
+        }
+    }
+
+    /// Says beside the bar how far it is.
+    pub fn say(&self, what: &str) {
+        if let Some(bar) = &self.bar {
+            bar.say(what);
         }
     }
 

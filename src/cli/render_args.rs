@@ -3,7 +3,7 @@
 use super::parse::{duration, positive, region, size};
 use crate::chain::Shares;
 use crate::scene::load::{LoadOptions, Setting};
-use clap::{Args, ValueEnum};
+use clap::{Args, FromArgMatches, ValueEnum};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -235,6 +235,26 @@ pub struct RenderArgs {
     /// No progress bar, no messages but errors
     #[arg(short, long)]
     pub quiet: bool,
+}
+
+fn command() -> clap::Command {
+    RenderArgs::augment_args(clap::Command::new("metrolux render").no_binary_name(true))
+}
+
+/// Arguments as the command line would give them.
+///
+/// # Errors
+/// What clap says of them.
+pub fn parse(words: &[String]) -> Result<RenderArgs, clap::Error> {
+    let matches = command().try_get_matches_from(words)?;
+    RenderArgs::from_arg_matches(&matches)
+}
+
+/// The long names of all options, hidden ones too.
+pub fn long_names() -> Vec<String> {
+    let command = command();
+    let all = command.get_arguments().filter_map(clap::Arg::get_long);
+    all.map(str::to_owned).collect()
 }
 
 impl RenderArgs {

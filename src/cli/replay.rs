@@ -49,10 +49,10 @@ pub fn run(args: &ReplayArgs, out: &mut impl Write) -> Result<ExitCode, CliError
 }
 
 /// A word as a shell reads it.
-pub fn quoted(a: &String) -> String {
+pub fn quoted(a: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,=:+".contains(c);
     if !a.is_empty() && a.chars().all(plain) {
-        return a.clone();
+        return a.to_owned();
     }
     format!("'{}'", a.replace('\'', "'\\''"))
 }
@@ -69,7 +69,7 @@ pub fn told(site: &Site, words: &[String]) -> String {
             steps,
         } => {
             // The settings of this render, as they were given.
-            let settings: Vec<String> = words.iter().map(quoted).collect();
+            let settings: Vec<String> = words.iter().map(|w| quoted(w)).collect();
             let many = if steps > 1 {
                 format!(" --steps {steps}")
             } else {

@@ -279,6 +279,19 @@ impl Report {
         }
     }
 
+    /// The image's relative error, where it can be told.
+    pub fn relative_error(&self) -> Option<f64> {
+        self.error
+            .as_ref()
+            .map(|e| e.found.relative)
+            .filter(|e| e.is_finite())
+    }
+
+    /// Wall time of the work, seconds.
+    pub fn seconds(&self) -> f64 {
+        self.wall_seconds
+    }
+
     /// A line about the error, for a person.
     pub fn error_line(&self) -> Option<String> {
         let e = self.error.as_ref()?;

@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 pub struct Signals {
     stop: Arc<AtomicUsize>,
     show: Arc<AtomicBool>,
+    shows: AtomicUsize,
 }
 
 impl Signals {
@@ -19,7 +20,7 @@ impl Signals {
     /// A system that does not let signals be caught.
     pub fn catch() -> Result<Self, CliError> {
         let again = Arc::new(AtomicBool::new(false));
-        let (stop, show) = (Arc::default(), Arc::default());
+        let (stop, show) = (Arc::default(), Arc::<AtomicBool>::default());
         let catch = || -> std::io::Result<()> {
             for signal in [SIGINT, SIGTERM] {
                 // First in line: it acts only if the flag was set before this signal.
@@ -31,7 +32,11 @@ impl Signals {
             Ok(())
         };
         catch().map_err(|e| CliError::Internal(format!("cannot catch signals: {e}")))?;
-        Ok(Self { stop, show })
+        Ok(Self {
+            stop,
+            show,
+            shows: AtomicUsize::new(0),
+        })
     }
 
     /// The signal that asked to stop.
@@ -42,8 +47,9 @@ impl Signals {
         }
     }
 
-    /// Whether what there is has been asked for since the last call.
-    pub fn show(&self) -> bool {
-        self.show.swap(false, Ordering::Relaxed)
+    /// How often what there is has been asked for so far: several renders may listen.
+    pub fn shows(&self) -> usize {
+        let new = usize::from(self.show.swap(false, Ordering::Relaxed));
+        self.shows.fetch_add(new, Ordering::Relaxed) + new
     }
 }

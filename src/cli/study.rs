@@ -3,7 +3,7 @@
 use super::CliError;
 use super::bar::Bar;
 use super::parse::{duration, positive_count};
-use super::render_args::RenderArgs;
+use super::render_args::{self, RenderArgs};
 use super::signals::Signals;
 use super::study_run::{Runner, base};
 use crate::scene::IntegratorKind;
@@ -283,11 +283,6 @@ fn tell(args: &StudyArgs, plan: &Plan, reference: f64, spent: Duration) {
 
 /// The arguments of a render as clap reads them.
 pub fn parse(words: &[String]) -> Result<RenderArgs, CliError> {
-    use clap::{Args as _, FromArgMatches};
-    let command =
-        RenderArgs::augment_args(clap::Command::new("metrolux render").no_binary_name(true));
-    let matches = command
-        .try_get_matches_from(words)
-        .map_err(|e| CliError::Usage(e.to_string().trim_start_matches("error: ").to_owned()))?;
-    RenderArgs::from_arg_matches(&matches).map_err(|e| CliError::Usage(e.to_string()))
+    render_args::parse(words)
+        .map_err(|e| CliError::Usage(e.to_string().trim_start_matches("error: ").to_owned()))
 }

@@ -4,11 +4,13 @@ use super::CliError;
 use super::progress::Shown;
 use crate::output::Events;
 use clap::{Args, ValueEnum};
+use indicatif::MultiProgress;
 use serde::Serialize;
 use serde_json::json;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// How progress is shown.
@@ -66,14 +68,28 @@ pub enum Level {
 }
 
 /// What a command tells.
+#[derive(Clone)]
 pub struct Voice {
     quiet: bool,
     /// How progress is shown.
     pub progress: ProgressArg,
-    log: Option<Events>,
+    logs: Vec<Arc<Events>>,
     /// stderr has events and nothing else.
     bare: bool,
     begun: Instant,
+    /// The job of a batch that this is the voice of.
+    job: Option<Arc<str>>,
+    /// Bars that stand where messages go.
+    bars: Option<MultiProgress>,
+}
+
+/// An event's fields, and whose they are.
+#[derive(Serialize)]
+struct Of<'a, T> {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    job: Option<&'a str>,
+    #[serde(flatten)]
+    fields: &'a T,
 }
 
 impl Voice {
@@ -90,10 +106,38 @@ impl Voice {
         Ok(Self {
             quiet,
             progress: args.progress,
-            log,
+            logs: log.into_iter().map(Arc::new).collect(),
             bare: args.log == Some(LogArg::Stderr),
             begun: Instant::now(),
+            job: None,
+            bars: None,
         })
+    }
+
+    /// Tells its events there too.
+    pub fn also_to(mut self, log: Events) -> Self {
+        self.logs.push(Arc::new(log));
+        self
+    }
+
+    /// Messages go above these bars.
+    pub fn above(mut self, bars: Option<MultiProgress>) -> Self {
+        self.bars = bars;
+        self
+    }
+
+    /// The bars that stand where messages go.
+    pub fn bars(&self) -> Option<&MultiProgress> {
+        self.bars.as_ref()
+    }
+
+    /// The voice of a job among many: its name is with everything it tells, and what is only good to know is left to events.
+    pub fn of_job(&self, name: &str) -> Self {
+        Self {
+            job: Some(name.into()),
+            progress: ProgressArg::None,
+            ..self.clone()
+        }
     }
 
     /// Nobody is listening to messages, nor to a bar.
@@ -103,7 +147,8 @@ impl Voice {
 
     /// A message; `--quiet` leaves out what is no error.
     pub fn say(&self, level: Level, text: &str) {
-        self.message(level, text, !self.quiet || level == Level::Error);
+        let wanted = !self.quiet && (self.job.is_none() || level != Level::Note);
+        self.message(level, text, wanted || level == Level::Error);
     }
 
     /// A message that `--quiet` does not leave out.
@@ -121,18 +166,34 @@ impl Voice {
             Level::Warning => "warning: ",
             Level::Error => "error: ",
         };
+        let of = self
+            .job
+            .as_ref()
+            .map_or(String::new(), |j| format!("{j}: "));
+        self.print(&format!("{before}{of}{text}"));
+    }
+
+    fn print(&self, line: &str) {
         // A reader that went away is no reason to stop.
-        let _ = writeln!(std::io::stderr().lock(), "{before}{text}");
+        let print = || {
+            let _ = writeln!(std::io::stderr().lock(), "{line}");
+        };
+        match &self.bars {
+            Some(bars) => bars.suspend(print),
+            None => print(),
+        }
     }
 
     /// An event with its fields, for a program.
     pub fn event(&self, name: &str, fields: &impl Serialize) {
-        if let Some(log) = &self.log
-            && let Err(e) = log.tell(name, fields)
-            && !self.bare
-        {
-            let text = format!("warning: the log cannot be written: {e}; the work goes on");
-            let _ = writeln!(std::io::stderr().lock(), "{text}");
+        let job = self.job.as_deref();
+        for log in &self.logs {
+            if let Err(e) = log.tell(name, &Of { job, fields })
+                && !self.bare
+            {
+                let text = "warning: the log cannot be written";
+                self.print(&format!("{text}: {e}; the work goes on"));
+            }
         }
     }
 

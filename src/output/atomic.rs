@@ -26,7 +26,7 @@ pub fn check_writable(path: &Path) -> Result<(), ImageError> {
 /// Writes what `fill` writes under a temporary name in the target's folder, syncs it and renames it over the target. The
 /// name is always the same one, so that a process killed on the way leaves at most one such file, and the next one
 /// writes over it.
-pub(super) fn write_streamed(
+pub fn write_streamed(
     path: &Path,
     fill: &mut dyn FnMut(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), ImageError> {

@@ -52,7 +52,7 @@ fn start(dir: &Path, more: &[&str]) -> Child {
     c.spawn().expect("the program starts")
 }
 
-fn signal(child: &Child, name: &str) {
+pub fn signal(child: &Child, name: &str) {
     let done = Process::new("kill")
         .args([name, &child.id().to_string()])
         .status();
@@ -60,7 +60,7 @@ fn signal(child: &Child, name: &str) {
 }
 
 /// Pixels and error, bit for bit.
-fn bits(file: &Path) -> Vec<u32> {
+pub fn bits(file: &Path) -> Vec<u32> {
     let image = read_image(file).expect("an image");
     image.rgb.iter().flatten().map(|v| v.to_bits()).collect()
 }

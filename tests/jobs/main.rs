@@ -1,5 +1,6 @@
 //! Runs that are stopped, killed, shared out and gone on with make the image of one that was never touched, bit for bit.
 
+mod batch;
 mod damage;
 mod engines;
 mod kill;

@@ -15,19 +15,19 @@ fn render(dir: &Path, more: &[&str]) -> Command {
     c
 }
 
-fn lines(text: &[u8]) -> Vec<Value> {
+pub fn lines(text: &[u8]) -> Vec<Value> {
     let text = std::str::from_utf8(text).expect("UTF-8");
     let each = text.lines();
     each.map(|l| serde_json::from_str(l).unwrap_or_else(|e| panic!("{e}: {l}")))
         .collect()
 }
 
-fn names(events: &[Value]) -> Vec<&str> {
+pub fn names(events: &[Value]) -> Vec<&str> {
     let each = events.iter();
     each.map(|e| e["event"].as_str().expect("a name")).collect()
 }
 
-fn find<'a>(events: &'a [Value], name: &str) -> &'a Value {
+pub fn find<'a>(events: &'a [Value], name: &str) -> &'a Value {
     let found = events.iter().find(|e| e["event"] == name);
     found.unwrap_or_else(|| panic!("no {name} in {events:#?}"))
 }

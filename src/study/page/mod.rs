@@ -6,6 +6,9 @@ mod html;
 mod picture;
 mod table;
 
+pub use chart::escape;
+pub use picture::whole as thumbnail;
+
 use super::analyse::{Judged, Summary, summarise};
 use super::axes::Axis;
 use super::record::{Clock, Point, Store};
