@@ -32,6 +32,11 @@ impl Bar {
         Self::dressed(bars.insert_from_back(1, ProgressBar::new(1000)), what)
     }
 
+    /// Leaves the others, which forget it.
+    pub fn leave(&self, bars: &MultiProgress) {
+        bars.remove(&self.bar);
+    }
+
     fn dressed(bar: ProgressBar, what: &str) -> Self {
         let style = ProgressStyle::with_template(
             "{msg} [{bar:32}] {percent:>3} %  {elapsed} so far, {eta} to go",

@@ -55,6 +55,11 @@ impl<'a> Shown<'a> {
         }
     }
 
+    /// The bar, if there is one.
+    pub fn bar(&self) -> Option<&Bar> {
+        self.bar.as_ref()
+    }
+
     /// Says beside the bar how far it is.
     pub fn say(&self, what: &str) {
         if let Some(bar) = &self.bar {

@@ -12,6 +12,21 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
     })
 }
 
+/// The same without waiting for the disk: after a power failure the file may be empty or an older one. For many small files
+/// that can be made again.
+pub fn write_unsynced(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
+    let folder = folder(path);
+    let write = || -> io::Result<()> {
+        let mut file = part().tempfile_in(folder)?;
+        file.write_all(bytes)?;
+        file.persist(path).map(drop).map_err(|e| e.error)
+    };
+    write().map_err(|source| ImageError::NotWritable {
+        path: path.into(),
+        source,
+    })
+}
+
 /// Finds out before a long render whether a file can be written where `path` lies; leaves nothing behind.
 pub fn check_writable(path: &Path) -> Result<(), ImageError> {
     let folder = folder(path);
@@ -55,9 +70,21 @@ fn folder(path: &Path) -> &Path {
 }
 
 fn put(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    replace(path, &mut part(), &mut |w| w.write_all(bytes))
+}
+
+/// Temporary files of names of their own.
+fn part() -> tempfile::Builder<'static, 'static> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".metrolux-").suffix(".part");
-    replace(path, &mut builder, &mut |w| w.write_all(bytes))
+    readable(&mut builder);
+    builder
+}
+
+/// Temporary files are private by default; the final file should follow the umask like any other.
+fn readable(builder: &mut tempfile::Builder) {
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
 }
 
 fn replace(
@@ -66,9 +93,7 @@ fn replace(
     fill: &mut dyn FnMut(&mut dyn Write) -> io::Result<()>,
 ) -> io::Result<()> {
     let folder = folder(path);
-    // Temporary files are private by default; the final file should follow the umask like any other.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    readable(builder);
     let file = builder.tempfile_in(folder)?;
     let mut out = io::BufWriter::with_capacity(1 << 16, file);
     fill(&mut out)?;

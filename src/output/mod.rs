@@ -10,7 +10,7 @@ mod image;
 mod png;
 mod run_file;
 
-pub use self::atomic::{check_writable, write_atomic, write_streamed};
+pub use self::atomic::{check_writable, write_atomic, write_streamed, write_unsynced};
 pub use self::error::ImageError;
 pub use self::events::Events;
 pub use self::exr_write::{Layers, Metadata, SpectralBins, spectral_channel_name, write_exr};

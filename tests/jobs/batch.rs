@@ -276,17 +276,18 @@ fn long(dir: &Path) -> PathBuf {
     list
 }
 
-fn wait_for_progress(list: &Path, parts: usize) {
+/// Until the log has so many events of a kind.
+fn wait_for(list: &Path, event: &str, count: usize) {
     let log = list.with_extension("batch").join("log.jsonl");
     let start = Instant::now();
     loop {
         let text = fs::read_to_string(&log).unwrap_or_default();
-        if text.matches("\"event\":\"progress\",").count() >= parts {
+        if text.matches(&format!("\"event\":\"{event}\",")).count() >= count {
             return;
         }
         assert!(
             start.elapsed() < Duration::from_secs(120),
-            "no progress: {text}"
+            "no {event}: {text}"
         );
         std::thread::sleep(Duration::from_millis(10));
     }
@@ -296,9 +297,9 @@ fn wait_for_progress(list: &Path, parts: usize) {
 fn a_signal_cuts_a_batch_and_a_second_one_ends_it_at_once() {
     let dir = folder();
     let dir = dir.path();
-    let list = list(dir, 400);
+    let list = list(dir, 160);
     let child = start(&list, &[]);
-    wait_for_progress(&list, 1);
+    wait_for(&list, "progress", 1);
     signal(&child, "-TERM");
     let ended = child.wait_with_output().expect("it ends");
     let said = String::from_utf8_lossy(&ended.stderr);
@@ -311,7 +312,7 @@ fn a_signal_cuts_a_batch_and_a_second_one_ends_it_at_once() {
     assert!(table.contains("1 cut"), "{table}");
     let done = batch(&list, &[]).assert().code(0);
     assert!(out(&done).contains(" 1 resumed"), "{}", out(&done));
-    assert!(images(dir) == by_hand(dir, 400));
+    assert!(images(dir) == by_hand(dir, 160));
     let left = fs::read_dir(dir.join("five.batch/jobs"))
         .expect("a folder")
         .flatten();
@@ -323,7 +324,7 @@ fn a_signal_cuts_a_batch_and_a_second_one_ends_it_at_once() {
     // After some seconds a look at signals comes every five seconds only; the second one does not wait for it.
     let list = long(dir);
     let child = start(&list, &[]);
-    wait_for_progress(&list, 3);
+    wait_for(&list, "progress", 3);
     signal(&child, "-TERM");
     std::thread::sleep(Duration::from_millis(100));
     signal(&child, "-TERM");
@@ -430,9 +431,9 @@ fn two_hundred_kills_lose_nothing() {
 fn a_damaged_checkpoint_is_told_and_the_job_begins_anew() {
     let dir = folder();
     let dir = dir.path();
-    let list = list(dir, 400);
+    let list = list(dir, 160);
     let child = start(&list, &["--every", "1ms"]);
-    wait_for_progress(&list, 2);
+    wait_for(&list, "checkpoint", 1);
     signal(&child, "-TERM");
     child.wait_with_output().expect("it ends");
     let jobs = fs::read_dir(dir.join("five.batch/jobs"))
@@ -459,7 +460,7 @@ fn a_damaged_checkpoint_is_told_and_the_job_begins_anew() {
         "{told}"
     );
     assert!(names(&events).contains(&"batch"));
-    assert!(images(dir) == by_hand(dir, 400));
+    assert!(images(dir) == by_hand(dir, 160));
 }
 
 fn resident(pid: u32) -> Option<u64> {

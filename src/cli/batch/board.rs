@@ -94,6 +94,15 @@ impl JobBar<'_> {
     }
 }
 
+impl Drop for JobBar<'_> {
+    fn drop(&mut self) {
+        self.own.finish(false);
+        if let (Some(bars), Some(bar)) = (&self.board.bars, self.own.bar()) {
+            bar.leave(bars);
+        }
+    }
+}
+
 impl Progress for JobBar<'_> {
     fn update(&self, done: f64) {
         self.own.update(done);

@@ -33,33 +33,35 @@ fn verdict(store: &Store, job: &Job) -> Result<&'static str, CliError> {
     })
 }
 
-/// Prints a line a job.
-///
-/// # Errors
-/// A scene or option that is wrong: better told now than at its turn.
-pub fn run(args: &BatchArgs, store: &Store, jobs: &[Job], voice: &Voice) -> Result<(), CliError> {
+/// Prints a line a job, and gives the exit code: that of a scene or option that is wrong.
+pub fn run(args: &BatchArgs, store: &Store, jobs: &[Job], voice: &Voice) -> u8 {
     // Jobs of one table on one scene file are taken to be alike.
     let mut known: HashMap<(usize, PathBuf), Interval> = HashMap::new();
     let mut total = Interval::exact(0.0);
-    let mut left = 0;
+    let (mut left, mut code) = (0, 0);
     let length = |j: &Job| j.name.chars().count();
     let width = jobs.iter().map(length).max().unwrap_or(0).max(3);
     let mut out = std::io::stdout().lock();
     for job in jobs {
-        let what = verdict(store, job)?;
+        let key = (job.entry, job.args.scene.clone());
+        let found = verdict(store, job).and_then(|what| match known.get(&key) {
+            _ if what == "unchanged" => Ok((what, None)),
+            Some(took) => Ok((what, Some(*took))),
+            None => {
+                let mut wanted = job.args.clone();
+                wanted.threads = args.threads;
+                let took = pilots::seconds(&wanted)?;
+                known.insert(key, took);
+                Ok((what, Some(took)))
+            }
+        });
+        let (what, took) = found.unwrap_or_else(|e| {
+            voice.say(Level::Error, &format!("{}: {e}", job.name));
+            code = code.max(e.code());
+            ("fail", None)
+        });
         let mut about = String::new();
-        if what != "unchanged" {
-            let key = (job.entry, job.args.scene.clone());
-            let took = match known.get(&key) {
-                Some(took) => *took,
-                None => {
-                    let mut wanted = job.args.clone();
-                    wanted.threads = args.threads;
-                    let took = pilots::seconds(&wanted)?;
-                    known.insert(key, took);
-                    took
-                }
-            };
+        if let Some(took) = took {
             about = words(took);
             total = Interval {
                 value: total.value + took.value,
@@ -91,7 +93,7 @@ pub fn run(args: &BatchArgs, store: &Store, jobs: &[Job], voice: &Voice) -> Resu
         let text = "times are by pilots of the first job of each table and scene; what a checkpoint saves is not taken off";
         voice.say(Level::Note, text);
     }
-    Ok(())
+    code
 }
 
 fn words(i: Interval) -> String {

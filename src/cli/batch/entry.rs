@@ -76,6 +76,9 @@ const OWN: [(&str, &str); 11] = [
     ("record-rays", "it is for a single render"),
 ];
 
+/// Options that say how much work a render is; one excludes the others.
+const BUDGETS: [&str; 4] = ["mutations", "spp", "time-limit", "rounds"];
+
 type Pair<'t, 'i> = (&'t Spanned<DeString<'i>>, &'t Spanned<DeValue<'i>>);
 
 /// The entries of a table in the order of the file.
@@ -203,6 +206,14 @@ impl Table {
                 .expected("scene = \"FILE.pbrt\""));
         };
         let mut options = defaults.options.clone();
+        // A job with a budget of its own has no other.
+        if self
+            .options
+            .iter()
+            .any(|o| BUDGETS.contains(&o.key.as_str()))
+        {
+            options.retain(|o| !BUDGETS.contains(&o.key.as_str()));
+        }
         for o in self.options {
             options.retain(|d| d.key != o.key);
             options.push(o);

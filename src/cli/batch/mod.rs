@@ -70,21 +70,21 @@ pub fn run(args: &BatchArgs) -> Result<ExitCode, CliError> {
     let voice = Voice::new(&args.voice, args.quiet)?;
     let ended = prepare(args, &voice);
     let (voice, ended) = match ended {
-        Ok(Some((voice, store, jobs))) => {
+        Ok((_, store, jobs)) if args.dry_run => {
+            let code = dry::run(args, &store, &jobs, &voice);
+            (voice, Ok(code))
+        }
+        Ok((voice, store, jobs)) => {
             let ended = work(args, &voice, &store, &jobs);
             (voice, ended)
         }
-        Ok(None) => (voice, Ok(0)),
         Err(e) => (voice, Err(e)),
     };
     Ok(voice.conclude(ended))
 }
 
-/// Reads the jobs and opens the folder; nothing if there is nothing to do but tell.
-fn prepare(
-    args: &BatchArgs,
-    voice: &Voice,
-) -> Result<Option<(Voice, Store, Vec<expand::Job>)>, CliError> {
+/// Reads the jobs and opens the folder, unless nothing is to be done but to tell.
+fn prepare(args: &BatchArgs, voice: &Voice) -> Result<(Voice, Store, Vec<expand::Job>), CliError> {
     let file = std::path::absolute(&args.file);
     let file = file.map_err(|e| CliError::Usage(format!("{}: {e}", args.file.display())))?;
     let base = file.parent().unwrap_or(Path::new("/"));
@@ -94,13 +94,12 @@ fn prepare(
         None => file.with_extension("batch"),
     };
     if args.dry_run {
-        dry::run(args, &Store::at(&folder, base), &jobs, voice)?;
-        return Ok(None);
+        return Ok((voice.clone(), Store::at(&folder, base), jobs));
     }
     let store = Store::open(&folder, base)?;
     let log = Events::to_file(&store.file("log.jsonl"))?;
     let voice = voice.clone().also_to(log).above(bars(voice));
-    Ok(Some((voice, store, jobs)))
+    Ok((voice, store, jobs))
 }
 
 fn work(

@@ -3,7 +3,7 @@
 use super::expand::Job;
 use crate::cli::CliError;
 use crate::cli::identity::machine;
-use crate::output::{ImageError, write_atomic};
+use crate::output::{ImageError, write_unsynced};
 use serde::{Deserialize, Serialize};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -176,7 +176,8 @@ impl Store {
             }
         }
         let text = serde_json::to_vec(&done).map_err(|e| CliError::Internal(e.to_string()))?;
-        write_atomic(&self.of_job(&done.name, ".json"), &text)?;
+        // After a power failure it may not be there, and the job is done again; the images are.
+        write_unsynced(&self.of_job(&done.name, ".json"), &text)?;
         Ok(())
     }
 
