@@ -41,4 +41,6 @@ pub mod stage {
     pub const ENTRIES: u32 = 6;
     /// The look at a scene before it is rendered.
     pub const PROBE: u32 = 7;
+    /// What camera rays hit first.
+    pub const LAYERS: u32 = 8;
 }

@@ -29,7 +29,7 @@ impl Decisions {
     /// What the command line says, and where it says nothing what is done without a look.
     pub fn asked(args: &RenderArgs) -> Self {
         Self {
-            direct: match args.direct {
+            direct: match args.direct() {
                 DirectArg::Chain => Direct::InChain,
                 _ if args.mlt == MltArg::Relative => Direct::InChain,
                 DirectArg::Auto | DirectArg::Separate => Direct::Separate,
@@ -48,14 +48,14 @@ impl Decisions {
         tally: &mut Tally,
     ) -> Self {
         let chain = plan.on(Effect::Indirect)
-            || args.direct == DirectArg::Chain
+            || args.direct() == DirectArg::Chain
             || args.mlt == MltArg::Relative;
-        let open = args.direct == DirectArg::Auto || args.two_stage == TwoStageArg::Auto;
+        let open = args.direct() == DirectArg::Auto || args.two_stage == TwoStageArg::Auto;
         // An image without a scale of its own takes no light from another pass.
         let relative = args.mlt == MltArg::Relative;
         let open = open && chain && !relative;
         let probe = open.then(|| Probe::new::<N, A>(world, args.seed, tally));
-        let direct = match (args.direct, &probe) {
+        let direct = match (args.direct(), &probe) {
             (DirectArg::Chain, _) => Direct::InChain,
             _ if relative => Direct::InChain,
             (DirectArg::Auto, Some(p)) if p.separate_over_chain() > 1.0 => Direct::InChain,

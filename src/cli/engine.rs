@@ -5,14 +5,18 @@ use super::decide::Decisions;
 use super::identity::Identity;
 use super::job::Job;
 use super::lab::Lab;
+use super::layers::Separation;
 use super::render_args::{AccelArg, MltArg, PrecisionArg, RenderArgs};
 use super::report::{Report, processor_seconds};
 use super::watch::{Unwatched, Watched, Watcher};
 use crate::accel::{Accel, Checked, Embree, EmbreeOptions, Obvhs, Recorder};
 use crate::chain::MltOptions;
 use crate::film::Bins;
-use crate::integrator::{Bdpt, Budget, Outcome, Progress, Sampling, bdpt_kept, mlt_kept, pt_kept};
-use crate::output::{Image, ImageError, Layers, Metadata, SpectralBins, write_exr, write_png};
+use crate::integrator::{Bdpt, Budget, Outcome, Progress, Sampling};
+use crate::integrator::{bdpt_kept, first_hit, mlt_kept, pt_kept};
+use crate::output::{
+    Channel, Image, ImageError, Layers, Metadata, SpectralBins, write_exr, write_png,
+};
 use crate::path::{Heuristic, Tally, World};
 use crate::scene::load::load_scene;
 use crate::scene::{IntegratorKind, Scene};
@@ -60,6 +64,8 @@ pub struct Rendered {
     pub bins: Option<SpectralBins>,
     /// Standard error of each pixel's luminance.
     pub error: Vec<f32>,
+    /// What else an EXR gets.
+    pub channels: Vec<Channel>,
     /// What goes into an EXR's header.
     pub metadata: Metadata,
     /// What goes into stats.json.
@@ -81,6 +87,7 @@ impl Rendered {
             let layers = Layers {
                 spectral: self.bins.as_ref(),
                 error: Some(&self.error),
+                channels: &self.channels,
             };
             write_exr(file, &self.image, &self.metadata, layers)?;
         }
@@ -303,7 +310,10 @@ fn with_lanes<const N: usize, A: Accel>(
     if job.integrator == IntegratorKind::Mlt {
         report.decided(decisions);
     }
-    let lab = Lab::new(args, job, scene, &options, report, begun);
+    let hit = args.layers.iter().any(|l| l.is_of_first_hit());
+    let hit = hit.then(|| first_hit::<N, A>(&world, &mut looks));
+    let separation = Separation::new(&args.layers, hit.as_ref());
+    let lab = Lab::new(args, job, scene, &options, report, begun).with_layers(separation);
     let mut watched = Watched { watcher, lab: &lab };
     let what = Sampling {
         world: &world,

@@ -127,6 +127,7 @@ impl Job {
                 "--spectral needs an EXR file to write the bins to: found only PNG, expected -o OUT.exr".into(),
             ));
         }
+        super::layers::check(args, is_mlt, outputs.iter().any(exr))?;
         if args.target.is_some() && !is_mlt {
             return Err(usage("--target is for --integrator mlt".into()));
         }
@@ -137,13 +138,13 @@ impl Job {
             return Err(usage("--mlt is for --integrator mlt".into()));
         }
         if args.mlt == MltArg::Relative
-            && (args.direct == DirectArg::Separate || args.two_stage == TwoStageArg::On)
+            && (args.direct() == DirectArg::Separate || args.two_stage == TwoStageArg::On)
         {
             let text = "--mlt relative leaves the image's scale unknown: found --direct separate or --two-stage, which \
                         need it, expected neither";
             return Err(usage(text.into()));
         }
-        if args.tuning.sums.is_some() && args.direct != DirectArg::Chain {
+        if args.tuning.sums.is_some() && args.direct() != DirectArg::Chain {
             return Err(usage("--sums is for --direct chain".into()));
         }
         if args.tuning != super::tuning::Tuning::default() && !is_mlt {

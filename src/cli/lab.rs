@@ -2,6 +2,7 @@
 
 use super::engine::Rendered;
 use super::job::Job;
+use super::layers::Separation;
 use super::render_args::RenderArgs;
 use super::report::{Report, peak_memory_bytes, processor_seconds};
 use crate::chain::{MltOptions, Shares};
@@ -27,6 +28,8 @@ pub struct Lab {
     pub grey: Option<GreyBins>,
     /// Error that was asked for.
     pub target_error: Option<f64>,
+    /// Layers beside the image.
+    pub layers: Separation,
     /// Factor on the image.
     pub scale: f64,
     /// When the work began, and the processor time used until then.
@@ -50,29 +53,40 @@ impl Lab {
             bins: job.bins,
             grey: GreyBins::of(job),
             target_error: args.target_error,
+            layers: Separation::default(),
             scale: scene.settings.film_scale as f64,
             begun,
         }
     }
 
+    /// The same with layers.
+    pub fn with_layers(self, layers: Separation) -> Self {
+        Self { layers, ..self }
+    }
+
     /// The picture that the sums make.
     pub fn develop(&self, outcome: Outcome, tally: &Tally) -> Rendered {
         let mut report = self.report.clone();
-        let (xyz, spectrum, errors, met) = match outcome {
+        let (xyz, direct, spectrum, errors, met) = match outcome {
             Outcome::Sampled(r) => {
                 report.samples(r.samples);
-                (r.image, r.spectrum, r.errors, r.target_met)
+                (r.image, None, r.spectrum, r.errors, r.target_met)
             }
             Outcome::Mlt(r) => {
                 report.mlt(&r, &self.shares, self.target);
-                (r.image, r.spectrum, r.errors, r.target_met)
+                (r.image, r.direct, r.spectrum, r.errors, r.target_met)
             }
         };
         report.error(errors.summary(&xyz), self.target_error, met);
         let (start, cpu) = self.begun;
         let cpu = processor_seconds() - cpu;
         report.finish(start.elapsed(), cpu, peak_memory_bytes(), tally);
-        self.picture(&xyz, spectrum, &errors, report)
+        let channels = self.layers.channels(&xyz, direct.as_deref(), self.scale);
+        let rendered = self.picture(&xyz, spectrum, &errors, report);
+        Rendered {
+            channels,
+            ..rendered
+        }
     }
 
     fn picture(
@@ -98,6 +112,7 @@ impl Lab {
             image,
             bins,
             error: errors.standard(k),
+            channels: Vec::new(),
             metadata: report.metadata(),
             report,
         }

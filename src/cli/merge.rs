@@ -5,6 +5,7 @@ use super::identity::Identity;
 use super::job::is_image;
 use super::keep::{bad, list, read_run, refuse_others};
 use super::lab::{GreyBins, Lab};
+use super::layers::Separation;
 use super::report::{Report, write_json};
 use super::voice::{Level, Voice, VoiceArgs};
 use crate::chain::Shares;
@@ -169,6 +170,7 @@ fn lab(i: &Identity, start: Instant) -> Result<Lab, String> {
         bins: i.spectral.map(Bins::new),
         grey: grey.map(GreyBins),
         target_error: None,
+        layers: Separation::default(),
         scale: number(&i.film_scale)?,
         begun: (start, super::report::processor_seconds()),
     })

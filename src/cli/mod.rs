@@ -14,6 +14,7 @@ mod inspect;
 mod job;
 mod keep;
 mod lab;
+mod layers;
 mod manual;
 mod merge;
 mod mutate;

@@ -1,5 +1,6 @@
 //! What `metrolux render` takes.
 
+use super::layers::LayerArg;
 use super::parse::{duration, positive, region, size};
 use crate::chain::Shares;
 use crate::scene::load::{LoadOptions, Setting};
@@ -206,6 +207,12 @@ pub struct RenderArgs {
     /// Effects to force or to leave out
     #[command(flatten)]
     pub effects: super::plan::EffectArgs,
+    /// Layers to add to EXR files, for compositing
+    ///
+    /// albedo, normal and depth are of what camera rays hit first. direct is what the separate pass of direct light makes and
+    /// indirect the rest (mlt); asking for them asks for --direct separate.
+    #[arg(long, value_enum, value_name = "LAYER,…", value_delimiter = ',')]
+    pub layers: Vec<LayerArg>,
     /// Exposure of PNG files in stops
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     pub exposure: f32,
@@ -258,6 +265,14 @@ pub fn long_names() -> Vec<String> {
 }
 
 impl RenderArgs {
+    /// Who computes direct light: what is to be told apart must be computed apart.
+    pub fn direct(&self) -> DirectArg {
+        if self.layers.iter().any(|l| l.is_of_transport()) && self.direct == DirectArg::Auto {
+            return DirectArg::Separate;
+        }
+        self.direct
+    }
+
     /// How the scene is to be read.
     pub fn load_options(&self) -> LoadOptions {
         LoadOptions {

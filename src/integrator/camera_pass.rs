@@ -81,7 +81,7 @@ pub(super) const BLOCK: u64 = 8;
 
 /// Irrational steps of the Kronecker sequences that stratify a pixel's samples (R2 and the golden ratio).
 pub(super) const R2: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
+pub(super) const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 impl CameraPass {
     /// No samples yet.

@@ -16,6 +16,8 @@ use std::io;
 pub struct MltResult {
     /// XYZ of each pixel of the crop.
     pub image: Vec<[f64; 3]>,
+    /// The part of it that the direct pass made, if there is one.
+    pub direct: Option<Vec<[f64; 3]>>,
     /// Radiance per nm, `[pixel · bins + bin]`, if the options ask for bins.
     pub spectrum: Option<Vec<f64>>,
     /// Rounds made.
@@ -174,6 +176,7 @@ pub(super) fn result(
     let (b, se) = chains.brightness();
     MltResult {
         image,
+        direct: (direct.samples > 0.0).then(|| direct.image()),
         spectrum,
         rounds: chains.rounds,
         mutations: chains.mutations(),

@@ -42,6 +42,17 @@ pub struct Layers<'a> {
     pub spectral: Option<&'a SpectralBins>,
     /// Standard error of each pixel's luminance Y, in its units; channel `error`.
     pub error: Option<&'a [f32]>,
+    /// Further channels.
+    pub channels: &'a [Channel],
+}
+
+/// A channel of an EXR file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// Its name; up to the last dot that of its layer.
+    pub name: String,
+    /// A value for each pixel.
+    pub values: Vec<f32>,
 }
 
 /// The channel of emitted radiance at a wavelength: `S0.550,000000nm`, with a comma as the decimal mark.
@@ -74,6 +85,11 @@ fn encode(image: &Image, metadata: &Metadata, layers: Layers) -> Vec<u8> {
         assert_eq!(error.len(), pixels, "every pixel has its error");
         let samples = FlatSamples::F32(error.to_vec());
         channels.push(AnyChannel::new("error", samples));
+    }
+    for c in layers.channels {
+        assert_eq!(c.values.len(), pixels, "every pixel has its value");
+        let samples = FlatSamples::F32(c.values.clone());
+        channels.push(AnyChannel::new(c.name.as_str(), samples));
     }
     if let Some(s) = layers.spectral {
         let n = s.bins.count;
@@ -226,6 +242,7 @@ mod tests {
         let layers = Layers {
             spectral: Some(&spectral),
             error: Some(&errors),
+            channels: &[],
         };
         let bytes = encode(&sample(), &metadata(), layers);
         let image = exr::prelude::read()

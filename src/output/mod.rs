@@ -13,7 +13,9 @@ mod run_file;
 pub use self::atomic::{check_writable, write_atomic, write_streamed, write_unsynced};
 pub use self::error::ImageError;
 pub use self::events::Events;
-pub use self::exr_write::{Layers, Metadata, SpectralBins, spectral_channel_name, write_exr};
+pub use self::exr_write::{
+    Channel, Layers, Metadata, SpectralBins, spectral_channel_name, write_exr,
+};
 pub use self::image::{Image, Window, from_srgb, to_srgb};
 pub use self::png::{png_bytes, write_png};
 pub use self::run_file::{RunFile, write_run};

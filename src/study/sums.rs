@@ -120,6 +120,7 @@ pub fn mlt_with_sums<const N: usize, A: Accel>(
     let spread = groups.iter().map(|g| (each(g) - b).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
     let area = world.lens.raster_area;
     MltResult {
+        direct: None,
         image: cells
             .iter()
             .map(|c| c.value(sums).map(|v| v * scale))

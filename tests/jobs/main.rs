@@ -4,6 +4,7 @@ mod batch;
 mod damage;
 mod engines;
 mod kill;
+mod layers;
 mod parts;
 mod resume;
 mod runs;
