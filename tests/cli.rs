@@ -328,6 +328,11 @@ fn help_names_every_option() {
         "--stats",
         "--quiet",
         "--accel-precision",
+        "--set",
+        "--layers",
+        "--preview",
+        "--log",
+        "--progress",
     ] {
         assert!(
             help.contains(&format!("{option} ")) || help.contains(&format!("{option}\n")),
@@ -359,9 +364,11 @@ fn completions_and_the_manual_are_made_of_the_same_options() {
         let text = stdout(&metrolux().args(["completions", shell]).assert().code(0));
         assert!(text.contains(sign) && text.contains("max-depth"), "{shell}");
     }
+    let bash = stdout(&metrolux().args(["completions", "bash"]).assert().code(0));
     let page = stdout(&metrolux().arg("man").assert().code(0));
-    assert!(
-        page.contains(".TH metrolux") && page.contains("render"),
-        "{page}"
-    );
+    assert!(page.contains(".TH metrolux"), "{page}");
+    for command in ["render", "batch", "merge", "study"] {
+        let here = bash.contains(&format!("metrolux,{command}"));
+        assert!(here && page.contains(command), "{command}");
+    }
 }

@@ -78,10 +78,7 @@ impl Rendered {
     /// # Errors
     /// A file that cannot be written.
     pub fn write(&self, file: &Path, exposure: f32) -> Result<(), CliError> {
-        if file
-            .extension()
-            .is_some_and(|e| e.eq_ignore_ascii_case("png"))
-        {
+        if is_png(file) {
             write_png(file, &self.image, exposure)?;
         } else {
             let layers = Layers {
@@ -93,6 +90,12 @@ impl Rendered {
         }
         Ok(())
     }
+}
+
+/// Its name ends like a PNG's.
+pub fn is_png(file: &Path) -> bool {
+    file.extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("png"))
 }
 
 /// Rays that `--record-rays` keeps at most: 640 MB of memory and of file.

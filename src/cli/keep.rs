@@ -2,6 +2,7 @@
 
 use super::CliError;
 use super::identity::Identity;
+use super::preview::Preview;
 use super::render_args::{RenderArgs, ResumeArg};
 use super::signals::Signals;
 use super::voice::{Level, Voice};
@@ -38,6 +39,8 @@ pub struct Keep<'a> {
     shown: usize,
     /// A run that ends sooner than this needs no checkpoint at its end.
     trifle: Duration,
+    /// Shows images on the way.
+    pub preview: Option<Preview>,
     /// How it ended.
     pub ended: Ended,
     /// What could not be written at the end.
@@ -85,6 +88,7 @@ impl<'a> Keep<'a> {
             last: Instant::now(),
             shown: signals.shows(),
             trifle: Duration::ZERO,
+            preview: None,
             ended: Ended::Finished,
             failed: None,
         })
@@ -169,10 +173,12 @@ impl Watcher for Keep<'_> {
 
     fn patience(&self) -> Option<Duration> {
         let every = self.args.every;
-        Some(match self.args.checkpoint {
+        let patience = match self.args.checkpoint {
             Some(_) => PATIENCE[0].min(every),
             None => PATIENCE[1],
-        })
+        };
+        let shown = self.preview.as_ref().map(|_| Preview::patience());
+        Some(shown.map_or(patience, |p| p.min(patience)))
     }
 
     fn malformed(&self, e: Malformed) -> CliError {
@@ -214,6 +220,9 @@ impl Watcher for Keep<'_> {
         if let Some(signal) = stop {
             self.ended = Ended::Stopped(signal);
             return false;
+        }
+        if !finished && let Some(preview) = self.preview.as_mut().filter(|p| p.due()) {
+            preview.show(self.voice, || develop(run.outcome()).image);
         }
         if show && !finished && self.args.shard.is_none() {
             let image = develop(run.outcome());

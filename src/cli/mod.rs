@@ -24,6 +24,7 @@ mod plan;
 mod plan_measure;
 mod plan_memory;
 mod predict;
+mod preview;
 mod progress;
 mod render;
 mod render_args;

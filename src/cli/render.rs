@@ -1,7 +1,9 @@
 //! `metrolux render`.
 
+use super::engine::is_png;
 use super::engine::{self, Prepared, Rendered};
 use super::keep::{Ended, Keep};
+use super::preview::Preview;
 use super::render_args::RenderArgs;
 use super::signals::Signals;
 use super::voice::{Level, Voice};
@@ -9,7 +11,7 @@ use super::{CliError, replay, report};
 use crate::plan::Strategy;
 use serde_json::json;
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Runs the sub-command.
@@ -28,15 +30,27 @@ fn work(args: &RenderArgs, voice: &Voice) -> Result<u8, CliError> {
     }
     let signals = Signals::catch()?;
     let mut keep = Keep::new(args, outputs, &signals, voice)?;
+    keep.preview = args.preview.as_ref().map(|to| {
+        let name = outputs[0].display().to_string();
+        let camera = &prepared.scene.camera;
+        let [x, y, ..] = camera.crop;
+        Preview::new(to, &name, camera.resolution, [x, y])
+    });
     let shown = voice.shown("rendering");
     let rendered = engine::render_watched(args, &prepared, &shown, &mut keep);
     shown.finish(rendered.is_ok() && keep.ended == Ended::Finished);
     let rendered = rendered?;
+    let preview = keep.preview.take();
     let ended = keep.result()?;
     let stopped = stopped(args, ended, voice);
+    let mut file = None;
     // A part is written where it is known whether it is whole; the image of a render that goes on later is not.
     if args.shard.is_none() && !(stopped.is_some() && args.checkpoint.is_some()) {
         write(args, outputs, &rendered, voice)?;
+        file = outputs.iter().find(|o| !is_png(o));
+    }
+    if let Some(preview) = preview {
+        preview.finish(voice, rendered.image.clone(), file.map(PathBuf::as_path));
     }
     if let Some(path) = &args.stats {
         report::write_json(path, &rendered.report)?;

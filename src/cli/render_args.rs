@@ -2,6 +2,7 @@
 
 use super::layers::LayerArg;
 use super::parse::{duration, positive, region, size};
+use super::preview::{ViewerArg, viewer};
 use crate::chain::Shares;
 use crate::scene::load::{LoadOptions, Setting};
 use clap::{Args, FromArgMatches, ValueEnum};
@@ -213,6 +214,9 @@ pub struct RenderArgs {
     /// indirect the rest (mlt); asking for them asks for --direct separate.
     #[arg(long, value_enum, value_name = "LAYER,…", value_delimiter = ',')]
     pub layers: Vec<LayerArg>,
+    /// Show the image in a viewer while it is rendered: tev, on this machine unless HOST is given
+    #[arg(long, value_name = "tev[:HOST[:PORT]]", value_parser = viewer, conflicts_with = "shard")]
+    pub preview: Option<ViewerArg>,
     /// Exposure of PNG files in stops
     #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
     pub exposure: f32,

@@ -9,6 +9,7 @@ mod exr_write;
 mod image;
 mod png;
 mod run_file;
+mod tev;
 
 pub use self::atomic::{check_writable, write_atomic, write_streamed, write_unsynced};
 pub use self::error::ImageError;
@@ -19,6 +20,7 @@ pub use self::exr_write::{
 pub use self::image::{Image, Window, from_srgb, to_srgb};
 pub use self::png::{png_bytes, write_png};
 pub use self::run_file::{RunFile, write_run};
+pub use self::tev::{TEV_PORT, create_image, open_image, update_image};
 
 use std::path::Path;
 

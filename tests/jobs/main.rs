@@ -6,6 +6,7 @@ mod engines;
 mod kill;
 mod layers;
 mod parts;
+mod preview;
 mod resume;
 mod runs;
 mod voice;
