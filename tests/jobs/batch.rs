@@ -478,7 +478,8 @@ fn many(count: usize) -> (f64, i64) {
     let scene = scene("cornell").display().to_string();
     let text = format!(
         "[[job]]\nscene = \"{scene}\"\nname = \"${{seed:4}}\"\nfor.seed = \"1-{count}\"\nseed = \"${{seed}}\"\n\
-         output = \"out/${{seed:4}}.exr\"\nresolution = \"32x32\"\nrounds = 1\nchains = 4\nseeds = 64\n"
+         output = \"out/${{seed:4}}.exr\"\nresolution = \"32x32\"\nrounds = 1\nchains = 4\nseeds = 64\n\
+         direct = \"separate\"\ntwo-stage = \"off\"\n"
     );
     fs::write(&list, text).expect("written");
     let log = dir.join("many.batch/log.jsonl");
