@@ -1,7 +1,7 @@
 //! Layers of an EXR file for compositing: parts of the light, and what the camera sees first.
 
 use super::CliError;
-use super::render_args::{DirectArg, RenderArgs};
+use super::render_args::{DirectArg, MltArg, RenderArgs};
 use crate::integrator::FirstHit;
 use crate::output::{Channel, Image};
 use clap::ValueEnum;
@@ -57,9 +57,9 @@ pub fn check(args: &RenderArgs, is_mlt: bool, exr: bool) -> Result<(), CliError>
                  pt and bdpt do not tell the two apart",
             );
         }
-        if args.direct == DirectArg::Chain {
+        if args.direct == DirectArg::Chain || args.mlt == MltArg::Relative {
             return usage(
-                "--layers direct and indirect: the chain computes both with --direct chain; expected --direct separate",
+                "--layers direct and indirect: the chain computes both with --direct chain and with --mlt relative; expected --direct separate",
             );
         }
     }

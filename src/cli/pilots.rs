@@ -1,7 +1,8 @@
 //! Short renders that tell what a long one will cost.
 
 use super::CliError;
-use super::engine::{self, Prepared};
+use super::decide::Decisions;
+use super::engine::{self, Prepared, mlt_options};
 use super::render_args::RenderArgs;
 use crate::chain::MltOptions;
 use crate::integrator::{Budget, FIRST_LOOK, Quiet};
@@ -55,11 +56,17 @@ pub struct Pilots {
     pub stated: Vec<Pilot>,
     /// Rounds and seconds of each.
     pub times: Vec<(f64, f64)>,
-    chains: bool,
+    generation: Option<u32>,
 }
 
 fn is_mlt(prepared: &Prepared) -> bool {
     prepared.job.integrator == IntegratorKind::Mlt
+}
+
+/// How chains are run, where there are any.
+fn options(args: &RenderArgs, prepared: &Prepared) -> Option<MltOptions> {
+    let options = || mlt_options(args, &prepared.job, &Decisions::asked(args));
+    is_mlt(prepared).then(options)
 }
 
 fn pixels(prepared: &Prepared) -> u64 {
@@ -80,12 +87,13 @@ impl Pilots {
     /// Those of the render.
     pub fn of(args: &RenderArgs, count: u64, tell: &dyn Fn(f64)) -> Result<Self, CliError> {
         let prepared = Prepared::new(&bare(args))?;
-        let chains = is_mlt(&prepared);
-        let rounds = if chains {
-            let rounds = MltOptions::default().rounds_for(MUTATIONS, pixels(&prepared));
-            rounds.next_power_of_two().max(4)
-        } else {
-            SAMPLES
+        let options = options(args, &prepared);
+        let rounds = match &options {
+            Some(o) => {
+                let rounds = o.rounds_for(MUTATIONS, pixels(&prepared));
+                rounds.next_power_of_two().max(4)
+            }
+            None => SAMPLES,
         };
         let (mut stated, mut times) = (Vec::new(), Vec::new());
         for i in 0..count {
@@ -100,7 +108,7 @@ impl Pilots {
             rounds,
             stated,
             times,
-            chains,
+            generation: options.map(|o| o.rounds_per_generation),
         })
     }
 
@@ -112,15 +120,10 @@ impl Pilots {
     /// What they say of time.
     pub fn clock(&self) -> Clock {
         // The first render of a process finds cold caches.
-        clock(&self.times[2.min(self.times.len())..], self.chains)
-    }
-}
-
-fn clock(times: &[(f64, f64)], chains: bool) -> Clock {
-    let generation = MltOptions::default().rounds_per_generation;
-    Clock {
-        pace: Pace::of(times),
-        generation: chains.then_some(generation),
+        Clock {
+            pace: Pace::of(&self.times[2.min(self.times.len())..]),
+            generation: self.generation,
+        }
     }
 }
 
@@ -150,20 +153,20 @@ fn render(args: &RenderArgs, rounds: u64, number: u64) -> Result<(Pilot, f64), C
 /// Those of the render, and pilots that found no light where an error is to be reached.
 pub fn seconds(args: &RenderArgs) -> Result<Interval, CliError> {
     let prepared = Prepared::new(args)?;
-    let chains = is_mlt(&prepared);
+    let options = options(args, &prepared);
     let most = match prepared.job.stop.budget {
         Budget::Time(t) => return Ok(Interval::exact(t.as_secs_f64())),
         Budget::Rounds(r) => r as f64,
-        Budget::PerPixel(n) if chains => {
-            MltOptions::default().rounds_for(n, pixels(&prepared)) as f64
-        }
-        Budget::PerPixel(n) => n.ceil(),
+        Budget::PerPixel(n) => match &options {
+            Some(o) => o.rounds_for(n, pixels(&prepared)) as f64,
+            None => n.ceil(),
+        },
     };
     if let Some(target) = args.target_error {
         let pilots = Pilots::of(args, 3, &|_| ())?;
         let clock = pilots.clock();
         let needed = pilots.forecast().map_or(Interval::exact(most), |f| {
-            f.rounds_for(target, first_look(chains))
+            f.rounds_for(target, first_look(options.is_some()))
         });
         return Ok(needed.map(|r| clock.seconds(r.min(most))));
     }
@@ -176,5 +179,9 @@ pub fn seconds(args: &RenderArgs) -> Result<Interval, CliError> {
         rounds = (rounds as f64 * (PACE / seconds).clamp(2.0, 64.0)) as u64;
     }
     let warm = if times.len() > 2 { &times[1..] } else { &times };
-    Ok(Interval::exact(clock(warm, chains).seconds(most)))
+    let clock = Clock {
+        pace: Pace::of(warm),
+        generation: options.map(|o| o.rounds_per_generation),
+    };
+    Ok(Interval::exact(clock.seconds(most)))
 }
