@@ -7,7 +7,7 @@ use std::process::exit;
 const FUNCTIONS: &str = "mlx_.*|rtc(NewDevice|ReleaseDevice|GetDeviceError|GetDeviceProperty\
     |SetDeviceErrorFunction|SetDeviceMemoryMonitorFunction|NewScene|ReleaseScene|SetSceneFlags\
     |SetSceneBuildQuality|SetSceneProgressMonitorFunction|CommitScene|NewGeometry|ReleaseGeometry|SetSharedGeometryBuffer|SetGeometryBuildQuality\
-    |CommitGeometry|AttachGeometry)";
+    |CommitGeometry|AttachGeometryByID)";
 /// Types nobody names but whose layout the library writes through: their layout is asserted at compile time.
 const TYPES: &str = "mlx_.*|RTC(Ray|Hit|RayHit|Bounds)";
 

@@ -8,7 +8,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::Vec3;
 use metrolux::accel::record::{self, Kind};
 use metrolux::accel::{Accel, Embree, EmbreeOptions, Obvhs, Ray, closest};
-use metrolux::scene::{Geometry, NONE, Shape};
+use metrolux::scene::{Geometry, NONE, PrimId, Shape};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
@@ -74,10 +74,10 @@ fn by_trait(accel: &impl Accel, rays: &[Ray], kinds: &[u8]) -> u64 {
     rays.iter()
         .zip(kinds)
         .map(|(r, k)| match k {
-            0 => accel.nearest(r).unwrap_or(u32::MAX) as u64,
+            0 => accel.nearest(r).unwrap_or(PrimId::NONE).raw(),
             _ => accel.occluded(r) as u64,
         })
-        .sum()
+        .fold(0, u64::wrapping_add)
 }
 
 /// Time of `b` over time of `a`, less 1: the two take turns on small pieces of the work, so that both meet the same

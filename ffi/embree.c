@@ -21,7 +21,22 @@ static inline void set_ray(struct RTCRay *r, const mlx_ray *ray) {
   r->flags = 0;
 }
 
-static inline uint32_t nearest(RTCScene scene, uint32_t split, const mlx_ray *ray) {
+/* The number of a primitive that is no triangle of the world. */
+static __attribute__((noinline, cold)) uint64_t number(const mlx_split *split, const struct RTCHit *hit) {
+  const uint32_t instance = hit->instID[0] - MLX_INSTANCES;
+  switch (hit->geomID) {
+  case RTC_INVALID_GEOMETRY_ID:
+    return MLX_MISS;
+  case MLX_QUADRICS:
+    return split->world + hit->primID;
+  case MLX_OBJECT_TRIANGLES:
+    return ((uint64_t)instance + 1) << 32 | hit->primID;
+  default:
+    return ((uint64_t)instance + 1) << 32 | (split->objects[instance] + hit->primID);
+  }
+}
+
+static inline uint64_t nearest(RTCScene scene, const mlx_split *split, const mlx_ray *ray) {
   struct RTCRayHit q;
   set_ray(&q.ray, ray);
   q.hit.geomID = RTC_INVALID_GEOMETRY_ID;
@@ -33,9 +48,7 @@ static inline uint32_t nearest(RTCScene scene, uint32_t split, const mlx_ray *ra
   rtcInitIntersectContext(&context);
   rtcIntersect1(scene, &context, &q);
 #endif
-  if (q.hit.geomID == RTC_INVALID_GEOMETRY_ID)
-    return MLX_MISS;
-  return q.hit.geomID == 0 ? q.hit.primID : split + q.hit.primID;
+  return q.hit.geomID == MLX_TRIANGLES ? q.hit.primID : number(split, &q.hit);
 }
 
 static inline bool occluded(RTCScene scene, const mlx_ray *ray) {
@@ -52,11 +65,11 @@ static inline bool occluded(RTCScene scene, const mlx_ray *ray) {
   return r.tfar < 0.0f;
 }
 
-uint32_t mlx_nearest(RTCScene scene, uint32_t split, const mlx_ray *ray) { return nearest(scene, split, ray); }
+uint64_t mlx_nearest(RTCScene scene, const mlx_split *split, const mlx_ray *ray) { return nearest(scene, split, ray); }
 
 bool mlx_occluded(RTCScene scene, const mlx_ray *ray) { return occluded(scene, ray); }
 
-uint64_t mlx_replay(RTCScene scene, uint32_t split, const mlx_ray *rays, const uint8_t *kinds, size_t count, bool flush) {
+uint64_t mlx_replay(RTCScene scene, const mlx_split *split, const mlx_ray *rays, const uint8_t *kinds, size_t count, bool flush) {
   uint64_t sum = 0;
 #ifdef __SSE__
   const unsigned mode = _mm_getcsr();
@@ -101,7 +114,7 @@ static void user_intersect(const struct RTCIntersectFunctionNArguments *args) {
     q->ray.tfar = t;
     q->hit.primID = args->primID;
     q->hit.geomID = args->geomID;
-    q->hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+    q->hit.instID[0] = args->context->instID[0];
   }
 }
 
@@ -119,4 +132,9 @@ void mlx_set_user(RTCGeometry geometry, struct mlx_user *user, uint32_t count) {
   rtcSetGeometryBoundsFunction(geometry, user_bounds, NULL);
   rtcSetGeometryIntersectFunction(geometry, user_intersect);
   rtcSetGeometryOccludedFunction(geometry, user_occluded);
+}
+
+void mlx_set_instance(RTCGeometry geometry, RTCScene object, const float map[12]) {
+  rtcSetGeometryInstancedScene(geometry, object);
+  rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, map);
 }

@@ -28,7 +28,17 @@
 enum { MLX_HEADER_VERSION = RTC_VERSION };
 
 /* "Nothing was hit." */
-#define MLX_MISS 0xffffffffu
+static const uint64_t MLX_MISS = UINT64_MAX;
+
+/* Which geometry of a scene is what: by these numbers, in the world and in the scene of an object. */
+enum {
+  MLX_TRIANGLES = 0,
+  MLX_QUADRICS = 1,
+  MLX_OBJECT_TRIANGLES = 2,
+  MLX_OBJECT_QUADRICS = 3,
+  /* Instance i of the world is geometry MLX_INSTANCES + i. */
+  MLX_INSTANCES = 2,
+};
 
 /* A ray o + t d, 0 < t < t_max. */
 typedef struct mlx_ray {
@@ -49,8 +59,19 @@ typedef struct mlx_user {
 /* Makes `geometry` (RTC_GEOMETRY_TYPE_USER) answer through `user`, which must outlive it. */
 void mlx_set_user(RTCGeometry geometry, struct mlx_user *user, uint32_t count);
 
-/* Nearest primitive, or MLX_MISS. Geometry 0 holds primitives 0 .. split-1, geometry 1 the others. */
-uint32_t mlx_nearest(RTCScene scene, uint32_t split, const mlx_ray *ray);
+/* How primitives are numbered: triangles first, then quadrics. */
+typedef struct mlx_split {
+  /* Triangles of the world. */
+  uint32_t world;
+  /* For each instance, the triangles of its object; may be null if no object has quadrics. */
+  const uint32_t *objects;
+} mlx_split;
+
+/* Nearest primitive, or MLX_MISS: its number, for one of instance i with i + 1 in the upper half. */
+uint64_t mlx_nearest(RTCScene scene, const mlx_split *split, const mlx_ray *ray);
+
+/* Makes `geometry` (RTC_GEOMETRY_TYPE_INSTANCE) the committed scene `object` under the affine map given by columns. */
+void mlx_set_instance(RTCGeometry geometry, RTCScene object, const float map[12]);
 
 /* Is there anything in 0 < t < t_max? */
 bool mlx_occluded(RTCScene scene, const mlx_ray *ray);
@@ -59,6 +80,6 @@ bool mlx_occluded(RTCScene scene, const mlx_ray *ray);
  * Returns the sum of the answers (primitive number, MLX_MISS, 0 or 1).
  * flush: denormal numbers count as 0 in the loop, as Embree's makers advise; the mode is the caller's again behind it.
  * Where a callback is run it would see that mode too, so it is for scenes without curved primitives. */
-uint64_t mlx_replay(RTCScene scene, uint32_t split, const mlx_ray *rays, const uint8_t *kinds, size_t count, bool flush);
+uint64_t mlx_replay(RTCScene scene, const mlx_split *split, const mlx_ray *rays, const uint8_t *kinds, size_t count, bool flush);
 
 #endif

@@ -2,7 +2,7 @@
 //! call is shared with this.
 
 use super::{Accel, Ray};
-use crate::scene::Geometry;
+use crate::scene::{Geometry, PrimId};
 
 /// Any backend.
 #[derive(Clone, Copy)]
@@ -13,7 +13,7 @@ impl Accel for Asked<'_> {
         self.0.geometry()
     }
 
-    fn nearest(&self, ray: &Ray) -> Option<u32> {
+    fn nearest(&self, ray: &Ray) -> Option<PrimId> {
         self.0.nearest(ray)
     }
 

@@ -2,8 +2,8 @@
 
 use super::surface::facets;
 use super::triangle::{Sheared, TriangleHit};
-use super::{Accel, Hit, Ray, offset_origin, quadric, surface};
-use crate::scene::{Facet, Geometry};
+use super::{Accel, Hit, Ray, offset_origin, posed, quadric, surface};
+use crate::scene::{Facet, Geometry, PrimId};
 use glam::Vec3;
 
 /// Most attempts to get past a primitive that lies behind the origin although the backend named it.
@@ -25,8 +25,8 @@ pub fn closest<A: Accel>(accel: &A, ray: &Ray) -> Option<Hit> {
 /// The hit on a named primitive. Its t may be ≤ 0 where a backend's own arithmetic put the surface before an origin
 /// that lies beyond it.
 #[inline(always)]
-pub fn recompute(geometry: &Geometry, prim: u32, ray: &Ray) -> Hit {
-    if let Some(Facet { corners, .. }) = facets(geometry).get(prim as usize) {
+pub fn recompute(geometry: &Geometry, prim: PrimId, ray: &Ray) -> Hit {
+    if let Some(Facet { corners, .. }) = facets(geometry).get(prim.index()) {
         return match inside(corners, ray) {
             Some(TriangleHit { t, b1, b2 }) => Hit {
                 prim,
@@ -38,9 +38,12 @@ pub fn recompute(geometry: &Geometry, prim: u32, ray: &Ray) -> Hit {
             None => on_the_edge(corners, prim, ray),
         };
     }
+    if prim.instance().is_some() {
+        return posed::recompute(geometry, prim, ray);
+    }
     // Backends call the very same function, so `None` means they named it out of its range.
     let t = geometry
-        .quadric(prim)
+        .quadric(prim.prim())
         .and_then(|q| quadric::intersect(q, ray));
     Hit {
         prim,
@@ -66,7 +69,7 @@ fn inside([p0, p1, p2]: &[Vec3; 3], ray: &Ray) -> Option<TriangleHit> {
 
 /// The watertight test, and the nearest point where even that says the backend is off by a rounding.
 #[cold]
-fn on_the_edge(corners: &[Vec3; 3], prim: u32, ray: &Ray) -> Hit {
+fn on_the_edge(corners: &[Vec3; 3], prim: PrimId, ray: &Ray) -> Hit {
     let sheared = Sheared::new(ray);
     let (h, clamped) = match sheared.intersect(corners) {
         Some(h) => (h, false),
@@ -112,13 +115,13 @@ mod tests {
     use glam::Vec3;
 
     /// Names one primitive for some calls, then nothing.
-    struct Stubborn<'a>(&'a Geometry, u32, std::sync::atomic::AtomicI32);
+    struct Stubborn<'a>(&'a Geometry, PrimId, std::sync::atomic::AtomicI32);
 
     impl Accel for Stubborn<'_> {
         fn geometry(&self) -> &Geometry {
             self.0
         }
-        fn nearest(&self, _: &Ray) -> Option<u32> {
+        fn nearest(&self, _: &Ray) -> Option<PrimId> {
             let left = self.2.fetch_sub(1, std::sync::atomic::Ordering::Relaxed);
             (left > 0).then_some(self.1)
         }
@@ -142,7 +145,7 @@ mod tests {
             d: s.ng,
             t_max: f32::INFINITY,
         };
-        let answer = |calls: i32| closest(&Stubborn(&geometry, 0, calls.into()), &ray);
+        let answer = |calls: i32| closest(&Stubborn(&geometry, PrimId::of(0), calls.into()), &ray);
         assert_eq!(answer(1), None);
         assert_eq!(answer(3), None);
         assert!(answer(1000).expect("gives up with a flag").clamped);
@@ -159,7 +162,7 @@ mod tests {
             d: -ng,
             t_max: f32::INFINITY,
         };
-        let hit = recompute(&geometry, 0, &ray);
+        let hit = recompute(&geometry, PrimId::of(0), &ray);
         assert!(hit.clamped && hit.b2 == 0.0 && (hit.b1 - 0.5).abs() < 0.1);
         let off = surface(&geometry, &hit, &ray).p - out;
         assert!(off.dot(ng).abs() < 1e-6 && off.length() < 1e-3 && off != Vec3::ZERO);

@@ -3,7 +3,7 @@
 use super::record::Kind;
 use super::referee::{Class, Fault, judge_nearest, judge_occluded};
 use super::{Accel, Ray};
-use crate::scene::Geometry;
+use crate::scene::{Geometry, PrimId};
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::{Mutex, PoisonError};
 
@@ -178,13 +178,12 @@ impl<A: Accel, B: Accel> Accel for Checked<A, B> {
         self.first.geometry()
     }
 
-    fn nearest(&self, ray: &Ray) -> Option<u32> {
+    fn nearest(&self, ray: &Ray) -> Option<PrimId> {
         let (a, b) = (self.first.nearest(ray), self.second.nearest(ray));
         self.closest.fetch_add(1, Relaxed);
         if a != b {
             let class = judge_nearest(self.geometry(), ray, [a, b]);
-            let word =
-                |p: Option<u32>| p.map_or("nothing".to_owned(), |p| format!("primitive {p}"));
+            let word = |p: Option<PrimId>| p.map_or("nothing".to_owned(), |p| p.to_string());
             self.note(class, Kind::Closest, ray, [word(a), word(b)]);
         }
         a

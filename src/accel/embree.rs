@@ -1,18 +1,21 @@
 //! The Embree backend: the one file of the project with `unsafe`.
 //!
-//! Triangles are Embree's geometry 0, read from the scene's own buffers; quadrics are geometry 1, whose callbacks run
-//! the shared Rust routine. Which Embree it is, only ffi/embree.c knows.
+//! Triangles are read from the scene's own buffers; quadrics are user geometry, whose callbacks run the shared Rust
+//! routine. Objects are scenes of their own that the world's scene holds once for each instance; without instances there
+//! is that one level alone. Which Embree it is, only ffi/embree.c knows.
 #![allow(unsafe_code)]
 
-use super::fit::{padded_bounds, validate};
+use super::fit::padded_bounds;
 use super::monitor::Monitor;
 use super::options::{EmbreeError, EmbreeOptions, Quality};
-use super::{Accel, Ray, quadric};
-use crate::scene::Geometry;
+use super::{Accel, Ray, levels, quadric};
+use crate::scene::{Geometry, Instance, PrimId};
 use glam::Vec3;
 use std::ffi::{CStr, CString, c_char, c_void};
+use std::marker::PhantomData;
 use std::ptr::{NonNull, null_mut};
-use std::time::{Duration, Instant};
+use std::sync::Arc;
+use std::time::Duration;
 
 /// Declarations of ffi/embree.h, made by bindgen for the installed library.
 #[allow(
@@ -23,21 +26,22 @@ use std::time::{Duration, Instant};
     dead_code,
     clippy::all
 )]
-mod sys {
+pub(super) mod sys {
     include!(concat!(env!("OUT_DIR"), "/embree.rs"));
 }
 
 /// Hears which part of a build is done. It must not panic: C calls it.
-type Tell<'t> = &'t (dyn Fn(f64) + Sync);
+pub(super) type Tell<'t> = &'t (dyn Fn(f64) + Sync);
 
-/// An Embree device with its callbacks. Released on drop, after the scenes made of it.
-struct Device {
+/// An Embree device with its callbacks. Released on drop, after the scenes made of it, which share it.
+pub(super) struct Device {
     raw: NonNull<sys::RTCDeviceTy>,
     monitor: Box<Monitor>,
 }
 
 impl Device {
-    fn new(threads: usize) -> Result<Self, EmbreeError> {
+    /// With so many threads to build; 0 is the library's choice.
+    pub fn new(threads: usize) -> Result<Arc<Self>, EmbreeError> {
         let config = match threads {
             0 => CString::default(),
             n => CString::new(format!("threads={n}")).unwrap_or_default(),
@@ -53,12 +57,15 @@ impl Device {
             sys::rtcSetDeviceErrorFunction(raw.as_ptr(), Some(on_error), user);
             sys::rtcSetDeviceMemoryMonitorFunction(raw.as_ptr(), Some(on_memory), user);
         }
-        Ok(Self { raw, monitor })
+        // Scenes of one build share it; it never goes to another thread without them.
+        #[allow(clippy::arc_with_non_send_sync)]
+        Ok(Arc::new(Self { raw, monitor }))
     }
 
-    fn property(&self, which: sys::RTCDeviceProperty) -> u32 {
-        // SAFETY: the device is alive.
-        unsafe { sys::rtcGetDeviceProperty(self.raw.as_ptr(), which) as u32 }
+    /// The library's own words where there are any, else `what`.
+    fn refusal(&self, what: &str) -> EmbreeError {
+        let told = self.monitor.check().err();
+        told.unwrap_or_else(|| EmbreeError::Refused(what.to_owned()))
     }
 }
 
@@ -69,14 +76,160 @@ impl Drop for Device {
     }
 }
 
+/// A scene of Embree's, released on drop.
+pub(super) struct Scene<'g> {
+    raw: NonNull<sys::RTCSceneTy>,
+    // Dropped after the scene has been released.
+    _user: Option<Box<sys::mlx_user>>,
+    objects: Vec<Scene<'g>>,
+    device: Arc<Device>,
+    options: EmbreeOptions,
+    /// It reads the geometry's buffers.
+    _geometry: PhantomData<&'g Geometry>,
+}
+
+impl<'g> Scene<'g> {
+    /// An empty scene.
+    pub fn new(device: &Arc<Device>, options: EmbreeOptions) -> Result<Self, EmbreeError> {
+        let (flags, quality) = levels::asked(options);
+        // SAFETY: the device is alive.
+        let raw = NonNull::new(unsafe { sys::rtcNewScene(device.raw.as_ptr()) })
+            .ok_or_else(|| device.refusal("no scene"))?;
+        // SAFETY: the scene is alive and not committed.
+        unsafe {
+            sys::rtcSetSceneFlags(raw.as_ptr(), flags);
+            sys::rtcSetSceneBuildQuality(raw.as_ptr(), quality);
+        }
+        Ok(Self {
+            raw,
+            _user: None,
+            objects: Vec::new(),
+            device: device.clone(),
+            options,
+            _geometry: PhantomData,
+        })
+    }
+
+    /// Puts in the triangles and quadrics of a part that `validate` found fit, each kind under its number, if there are
+    /// any.
+    pub fn fill(
+        &mut self,
+        part: &'g Geometry,
+        [triangles, quadrics]: [u32; 2],
+    ) -> Result<(), EmbreeError> {
+        if !part.triangles.is_empty() {
+            let raw = self.geometry(sys::RTC_GEOMETRY_TYPE_TRIANGLE)?;
+            // SAFETY: Vec3 is three packed f32 and [u32; 3] three packed u32, so the formats and strides are theirs.
+            // `validate` has seen that every index is below the count handed over and that one vertex more lies behind
+            // the last, so 16-byte loads stay inside. The buffers are borrowed for longer than the scene lives.
+            unsafe {
+                sys::rtcSetSharedGeometryBuffer(
+                    raw,
+                    sys::RTC_BUFFER_TYPE_VERTEX,
+                    0,
+                    sys::RTC_FORMAT_FLOAT3,
+                    part.positions.as_ptr().cast(),
+                    0,
+                    size_of::<Vec3>(),
+                    part.positions.len().saturating_sub(1),
+                );
+                sys::rtcSetSharedGeometryBuffer(
+                    raw,
+                    sys::RTC_BUFFER_TYPE_INDEX,
+                    0,
+                    sys::RTC_FORMAT_UINT3,
+                    part.triangles.as_ptr().cast(),
+                    0,
+                    size_of::<[u32; 3]>(),
+                    part.triangles.len(),
+                );
+            }
+            self.finish(raw, triangles)?;
+        }
+        if !part.quadrics.is_empty() {
+            let raw = self.geometry(sys::RTC_GEOMETRY_TYPE_USER)?;
+            let mut user = Box::new(sys::mlx_user {
+                data: (&raw const *part).cast(),
+                bounds: Some(quadric_bounds),
+                hit: Some(quadric_hit),
+            });
+            // SAFETY: the geometry is alive; the user struct lies in a box that outlives the scene.
+            unsafe { sys::mlx_set_user(raw, &raw mut *user, part.quadrics.len() as u32) }
+            self._user = Some(user);
+            self.finish(raw, quadrics)?;
+        }
+        Ok(())
+    }
+
+    fn geometry(&self, kind: sys::RTCGeometryType) -> Result<sys::RTCGeometry, EmbreeError> {
+        // SAFETY: the device is alive.
+        let raw = unsafe { sys::rtcNewGeometry(self.device.raw.as_ptr(), kind) };
+        match raw.is_null() {
+            true => Err(self.device.refusal("no geometry")),
+            false => Ok(raw),
+        }
+    }
+
+    /// Commits a geometry that has its data, and attaches it under a number.
+    fn finish(&self, raw: sys::RTCGeometry, id: u32) -> Result<(), EmbreeError> {
+        // SAFETY: scene and geometry are alive; the scene keeps a reference of its own, and ours ends here.
+        unsafe {
+            if self.options.quality == Quality::Low {
+                // The scene's own quality only chooses a tree of trees; Morton order is asked of each.
+                sys::rtcSetGeometryBuildQuality(raw, sys::RTC_BUILD_QUALITY_LOW);
+            }
+            sys::rtcCommitGeometry(raw);
+            sys::rtcAttachGeometryByID(self.raw.as_ptr(), raw, id);
+            sys::rtcReleaseGeometry(raw);
+        }
+        self.device.monitor.check()
+    }
+
+    /// Takes committed scenes that are to stand in this one.
+    pub fn hold(&mut self, objects: Vec<Self>) {
+        self.objects = objects;
+    }
+
+    /// Lets the held scene of number `object` stand here by an affine map, given by its columns.
+    pub fn place(&self, object: u32, map: [Vec3; 4], id: u32) -> Result<(), EmbreeError> {
+        let raw = self.geometry(sys::RTC_GEOMETRY_TYPE_INSTANCE)?;
+        let object = self.objects[object as usize].raw.as_ptr();
+        // SAFETY: geometry and committed scene are alive, and `hold` keeps what that scene reads as long as this one.
+        // The map is twelve floats, and copied.
+        unsafe { sys::mlx_set_instance(raw, object, map.as_ptr().cast()) }
+        self.finish(raw, id)
+    }
+
+    /// Builds the tree; `tell` hears from the library's threads which part is done.
+    pub fn commit(&self, tell: Tell) -> Result<(), EmbreeError> {
+        // SAFETY: the scene is alive; the buffers its geometries share are borrowed for longer than it lives. `tell` is
+        // borrowed until the commit is over, and then the library forgets it; it may be called from any thread.
+        unsafe {
+            let (raw, user) = (self.raw.as_ptr(), (&raw const tell).cast_mut().cast());
+            sys::rtcSetSceneProgressMonitorFunction(raw, Some(on_progress), user);
+            sys::rtcCommitScene(raw);
+            sys::rtcSetSceneProgressMonitorFunction(raw, None, null_mut());
+        }
+        self.device.monitor.check()
+    }
+}
+
+impl Drop for Scene<'_> {
+    fn drop(&mut self) {
+        // SAFETY: this is the one reference that `new` got; the device is still alive.
+        unsafe { sys::rtcReleaseScene(self.raw.as_ptr()) }
+    }
+}
+
 /// Embree over a geometry.
 pub struct Embree<'a> {
-    scene: NonNull<sys::RTCSceneTy>,
+    /// Committed.
+    scene: Scene<'a>,
+    split: sys::mlx_split,
+    /// What `split` points to.
+    _objects: Box<[u32]>,
     geometry: &'a Geometry,
     build_time: Duration,
-    // Field order is drop order: the library lets go of the scene (in `drop`), the device, then what they point to.
-    device: Device,
-    _user: Box<sys::mlx_user>,
 }
 
 // SAFETY: after rtcCommitScene a scene may be queried from any number of threads; nothing here changes it again, and
@@ -86,131 +239,20 @@ unsafe impl Send for Embree<'_> {}
 unsafe impl Sync for Embree<'_> {}
 
 impl<'a> Embree<'a> {
-    /// Builds over all primitives of `geometry`.
-    pub fn new(geometry: &'a Geometry, options: EmbreeOptions) -> Result<Self, EmbreeError> {
-        Self::build(geometry, options, &|_| {})
-    }
-
-    /// The same; `tell` hears from the library's threads which part is done, from 0 to 1.
-    pub fn build(
-        geometry: &'a Geometry,
-        options: EmbreeOptions,
-        tell: Tell,
-    ) -> Result<Self, EmbreeError> {
-        validate(geometry).map_err(EmbreeError::Geometry)?;
-        super::surface::prepare(geometry);
-        let start = Instant::now();
-        let device = Device::new(options.threads)?;
-        let user = Box::new(sys::mlx_user {
-            data: (&raw const *geometry).cast(),
-            bounds: Some(quadric_bounds),
-            hit: Some(quadric_hit),
-        });
-        // SAFETY: the device is alive.
-        let scene = NonNull::new(unsafe { sys::rtcNewScene(device.raw.as_ptr()) })
-            .ok_or_else(|| refusal(&device, "no scene"))?;
-        let mut built = Self {
+    /// Over a committed scene of the geometry.
+    pub(super) fn over(scene: Scene<'a>, geometry: &'a Geometry, build_time: Duration) -> Self {
+        let triangles = |i: &Instance| geometry.objects[i.object as usize].triangles.len() as u32;
+        let objects: Box<[u32]> = geometry.instances.iter().map(triangles).collect();
+        Self {
             scene,
+            split: sys::mlx_split {
+                world: geometry.triangles.len() as u32,
+                objects: objects.as_ptr(),
+            },
+            _objects: objects,
             geometry,
-            build_time: Duration::ZERO,
-            device,
-            _user: user,
-        };
-        built.fill(options, tell)?;
-        built.build_time = start.elapsed();
-        Ok(built)
-    }
-
-    fn fill(&mut self, options: EmbreeOptions, tell: Tell) -> Result<(), EmbreeError> {
-        let scene = self.scene.as_ptr();
-        let quality = match options.quality {
-            Quality::Low => sys::RTC_BUILD_QUALITY_LOW,
-            Quality::Medium => sys::RTC_BUILD_QUALITY_MEDIUM,
-            Quality::High => sys::RTC_BUILD_QUALITY_HIGH,
-        };
-        let mut flags = sys::RTC_SCENE_FLAG_NONE;
-        if options.robust {
-            flags |= sys::RTC_SCENE_FLAG_ROBUST;
+            build_time,
         }
-        if options.compact {
-            flags |= sys::RTC_SCENE_FLAG_COMPACT;
-        }
-        // SAFETY: the scene is alive and not committed.
-        unsafe {
-            sys::rtcSetSceneFlags(scene, flags);
-            sys::rtcSetSceneBuildQuality(scene, quality);
-        }
-        // Both geometries are attached in this order even when empty: 0 is the triangles, 1 the quadrics.
-        self.attach(sys::RTC_GEOMETRY_TYPE_TRIANGLE, 0, options.quality)?;
-        self.attach(sys::RTC_GEOMETRY_TYPE_USER, 1, options.quality)?;
-        // SAFETY: the scene is alive; the buffers its geometries share are borrowed for longer than it lives. `tell` is
-        // borrowed until the commit is over, and then the library forgets it; it may be called from any thread.
-        unsafe {
-            let user = (&raw const tell).cast_mut().cast::<c_void>();
-            sys::rtcSetSceneProgressMonitorFunction(scene, Some(on_progress), user);
-            sys::rtcCommitScene(scene);
-            sys::rtcSetSceneProgressMonitorFunction(scene, None, null_mut());
-        }
-        self.device.monitor.check()
-    }
-
-    fn attach(
-        &mut self,
-        kind: sys::RTCGeometryType,
-        expected: u32,
-        quality: Quality,
-    ) -> Result<(), EmbreeError> {
-        // SAFETY: the device is alive.
-        let raw = unsafe { sys::rtcNewGeometry(self.device.raw.as_ptr(), kind) };
-        let raw = NonNull::new(raw).ok_or_else(|| refusal(&self.device, "no geometry"))?;
-        let g = raw.as_ptr();
-        let (positions, triangles) = (&self.geometry.positions, &self.geometry.triangles);
-        // SAFETY: Vec3 is three packed f32 and [u32; 3] three packed u32, so the formats and strides are theirs.
-        // `validate` has seen that every index is below the count handed over and that one vertex more lies behind
-        // the last, so 16-byte loads stay inside. The scene keeps its own reference to the geometry. The user struct
-        // lies in a box that outlives the scene.
-        let id = unsafe {
-            if kind == sys::RTC_GEOMETRY_TYPE_TRIANGLE {
-                sys::rtcSetSharedGeometryBuffer(
-                    g,
-                    sys::RTC_BUFFER_TYPE_VERTEX,
-                    0,
-                    sys::RTC_FORMAT_FLOAT3,
-                    positions.as_ptr().cast(),
-                    0,
-                    size_of::<Vec3>(),
-                    positions.len().saturating_sub(1),
-                );
-                sys::rtcSetSharedGeometryBuffer(
-                    g,
-                    sys::RTC_BUFFER_TYPE_INDEX,
-                    0,
-                    sys::RTC_FORMAT_UINT3,
-                    triangles.as_ptr().cast(),
-                    0,
-                    size_of::<[u32; 3]>(),
-                    triangles.len(),
-                );
-            } else {
-                let count = self.geometry.quadrics.len() as u32;
-                sys::mlx_set_user(g, &raw mut *self._user, count);
-            }
-            if quality == Quality::Low {
-                // The scene's own quality only chooses a tree of trees; Morton order is asked of each.
-                sys::rtcSetGeometryBuildQuality(g, sys::RTC_BUILD_QUALITY_LOW);
-            }
-            sys::rtcCommitGeometry(g);
-            let id = sys::rtcAttachGeometry(self.scene.as_ptr(), g);
-            sys::rtcReleaseGeometry(g);
-            id
-        };
-        self.device.monitor.check()?;
-        if id != expected {
-            return Err(EmbreeError::Refused(format!(
-                "geometry {expected} was attached as {id}"
-            )));
-        }
-        Ok(())
     }
 
     /// Wall time of the build.
@@ -218,61 +260,36 @@ impl<'a> Embree<'a> {
         self.build_time
     }
 
-    /// The version of the library that runs, as "4.3.3".
-    pub fn version(&self) -> String {
-        let v = self.device.property(sys::RTC_DEVICE_PROPERTY_VERSION);
-        format!("{}.{}.{}", v / 10_000, v / 100 % 100, v % 100)
+    /// A property of the library or the machine.
+    pub(super) fn property(&self, which: sys::RTCDeviceProperty) -> u32 {
+        // SAFETY: the device is alive.
+        unsafe { sys::rtcGetDeviceProperty(self.scene.device.raw.as_ptr(), which) as u32 }
     }
 
-    /// The widest vectors the library traces with on this machine, as the name of an instruction set.
-    pub fn isa(&self) -> &'static str {
-        let native = |which| self.device.property(which) != 0;
-        if native(sys::RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) {
-            "AVX-512"
-        } else if native(sys::RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) {
-            "AVX"
-        } else {
-            "SSE"
-        }
-    }
-
-    /// Most bytes the library held at once, while it built.
-    pub fn peak_bytes(&self) -> usize {
-        self.device.monitor.most_bytes()
-    }
-
-    /// What the library has complained about since the last time, if anything.
-    pub fn check(&self) -> Result<(), EmbreeError> {
-        self.device.monitor.check()
+    /// What the library tells of itself while it works.
+    pub(super) fn monitor(&self) -> &Monitor {
+        &self.scene.device.monitor
     }
 
     /// The same queries in a bare C loop (kinds: 0 nearest, 1 occluded), to measure what everything around them costs.
-    /// Returns the sum of the answers: primitive number, `u32::MAX` for none, 0 or 1.
+    /// Returns the sum of the answers modulo 2⁶⁴: [`PrimId::raw`], `u64::MAX` for none, 0 or 1.
     ///
     /// With `flush` denormal numbers count as 0 meanwhile. That mode must not be on while Rust code runs, so there may be
     /// no quadrics, whose callbacks are Rust.
     pub fn replay(&self, rays: &[Ray], kinds: &[u8], flush: bool) -> u64 {
         assert_eq!(rays.len(), kinds.len());
-        assert!(!flush || self.geometry.quadrics.is_empty());
-        let split = self.geometry.triangles.len() as u32;
+        assert!(!flush || self.geometry.parts().all(|g| g.quadrics.is_empty()));
         // SAFETY: both arrays hold `rays.len()` elements, and Ray has the layout of mlx_ray (asserted below).
         unsafe {
             sys::mlx_replay(
-                self.scene.as_ptr(),
-                split,
+                self.scene.raw.as_ptr(),
+                &raw const self.split,
                 rays.as_ptr().cast(),
                 kinds.as_ptr(),
                 rays.len(),
                 flush,
             )
         }
-    }
-}
-
-impl Drop for Embree<'_> {
-    fn drop(&mut self) {
-        // SAFETY: this is the one reference that `new` got; the device is still alive.
-        unsafe { sys::rtcReleaseScene(self.scene.as_ptr()) }
     }
 }
 
@@ -291,18 +308,22 @@ impl Accel for Embree<'_> {
     }
 
     #[inline]
-    fn nearest(&self, ray: &Ray) -> Option<u32> {
-        let split = self.geometry.triangles.len() as u32;
+    fn nearest(&self, ray: &Ray) -> Option<PrimId> {
         // SAFETY: the scene is committed, the ray has the layout of mlx_ray and is only read.
-        let prim =
-            unsafe { sys::mlx_nearest(self.scene.as_ptr(), split, (&raw const *ray).cast()) };
-        (prim != sys::MLX_MISS).then_some(prim)
+        let prim = unsafe {
+            sys::mlx_nearest(
+                self.scene.raw.as_ptr(),
+                &raw const self.split,
+                (&raw const *ray).cast(),
+            )
+        };
+        (prim != sys::MLX_MISS).then_some(PrimId::from_raw(prim))
     }
 
     #[inline]
     fn occluded(&self, ray: &Ray) -> bool {
         // SAFETY: as in `nearest`.
-        unsafe { sys::mlx_occluded(self.scene.as_ptr(), (&raw const *ray).cast()) }
+        unsafe { sys::mlx_occluded(self.scene.raw.as_ptr(), (&raw const *ray).cast()) }
     }
 
     fn name(&self) -> String {
@@ -310,17 +331,8 @@ impl Accel for Embree<'_> {
     }
 
     fn memory_bytes(&self) -> usize {
-        self.device.monitor.bytes()
+        self.monitor().bytes()
     }
-}
-
-/// The library's own words where there are any, else `what`.
-fn refusal(device: &Device, what: &str) -> EmbreeError {
-    device
-        .monitor
-        .check()
-        .err()
-        .unwrap_or_else(|| EmbreeError::Refused(what.to_owned()))
 }
 
 // The callbacks below are called from C: none of them can panic, and `extern "C"` would abort rather than unwind.
@@ -372,9 +384,9 @@ mod tests {
     #[test]
     fn the_librarys_own_words_reach_the_caller() {
         let geometry = super::super::testing::icosphere(0);
-        let mut built = Embree::new(&geometry, EmbreeOptions::default()).expect("builds");
+        let built = Embree::new(&geometry, EmbreeOptions::default()).expect("builds");
         // No such kind of geometry.
-        let Err(EmbreeError::Refused(text)) = built.attach(9999, 2, Quality::High) else {
+        let Err(EmbreeError::Refused(text)) = built.scene.geometry(9999) else {
             panic!("accepted");
         };
         assert!(text.contains("code"), "{text}");

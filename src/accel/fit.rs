@@ -5,6 +5,43 @@ use glam::{DVec3, Vec3};
 
 /// Refuses what a C library would read out of bounds or silently leave out; says what that is.
 pub(super) fn validate(geometry: &Geometry) -> Result<(), String> {
+    validate_part(geometry)?;
+    for (i, object) in geometry.objects.iter().enumerate() {
+        validate_part(object).map_err(|e| format!("object {i}: {e}"))?;
+        if !object.objects.is_empty() || !object.instances.is_empty() {
+            return Err(format!("object {i} holds objects"));
+        }
+    }
+    // Primitives and instances are numbered together in 32 bits.
+    if geometry.prim_count() + geometry.instances.len() >= u32::MAX as usize {
+        return Err(format!("{} instances", geometry.instances.len()));
+    }
+    for (i, instance) in geometry.instances.iter().enumerate() {
+        let Some(object) = geometry.objects.get(instance.object as usize) else {
+            return Err(format!("instance {i} is of object {}", instance.object));
+        };
+        let whole = instance.linear.is_finite() && instance.translation.is_finite();
+        let (_, det) = instance.cofactors();
+        let inside = object.bounds().is_none_or(|b| {
+            let (lo, hi) = instance.bounds(b);
+            sane(lo.as_vec3()) && sane(hi.as_vec3())
+        });
+        if !whole || det == 0.0 || !inside {
+            return Err(format!(
+                "instance {i} has the transform {:?}",
+                instance.to_world()
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Embree drops triangles beyond this magnitude (its FLT_LARGE) without a word.
+fn sane(p: Vec3) -> bool {
+    p.is_finite() && p.abs().max_element() < 1.8e18
+}
+
+fn validate_part(geometry: &Geometry) -> Result<(), String> {
     // The last position is the spare one.
     let usable = geometry.positions.len().saturating_sub(1);
     for (i, t) in geometry.triangles.iter().enumerate() {
@@ -17,8 +54,6 @@ pub(super) fn validate(geometry: &Geometry) -> Result<(), String> {
     if u32::try_from(geometry.prim_count()).is_err() || geometry.prim_count() == u32::MAX as usize {
         return Err(format!("{} primitives", geometry.prim_count()));
     }
-    // Embree drops triangles beyond this magnitude (its FLT_LARGE) without a word.
-    let sane = |p: Vec3| p.is_finite() && p.abs().max_element() < 1.8e18;
     if let Some(i) = geometry.positions.iter().position(|p| !sane(*p)) {
         return Err(format!("vertex {i} is {}", geometry.positions[i]));
     }

@@ -6,10 +6,13 @@ pub mod canonical;
 pub mod checked;
 pub mod embree;
 mod fit;
+mod levels;
 mod monitor;
 pub mod obvhs;
 mod options;
+mod posed;
 pub mod quadric;
+mod ray_file;
 pub mod record;
 pub mod referee;
 pub mod spawn;
@@ -30,7 +33,7 @@ pub use record::Recorder;
 pub use spawn::{offset_origin, visible};
 pub use surface::{Surface, dpdu, surface};
 
-use crate::scene::Geometry;
+use crate::scene::{Geometry, PrimId};
 use glam::Vec3;
 
 /// A ray o + t·d, 0 < t < t_max. `d` need not be of unit length.
@@ -48,8 +51,8 @@ pub struct Ray {
 /// A canonical hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
-    /// Primitive index.
-    pub prim: u32,
+    /// Primitive.
+    pub prim: PrimId,
     /// Distance in units of |d|.
     pub t: f32,
     /// Barycentric weight of corner 1 (0 for quadrics).
@@ -65,7 +68,7 @@ pub trait Accel: Sync {
     /// The geometry this was built over.
     fn geometry(&self) -> &Geometry;
     /// The nearest primitive along the ray.
-    fn nearest(&self, ray: &Ray) -> Option<u32>;
+    fn nearest(&self, ray: &Ray) -> Option<PrimId>;
     /// Something lies in 0 < t < t_max.
     fn occluded(&self, ray: &Ray) -> bool;
     /// Name and version, for reports.
@@ -79,7 +82,7 @@ impl<A: Accel + ?Sized> Accel for &A {
         (**self).geometry()
     }
     #[inline]
-    fn nearest(&self, ray: &Ray) -> Option<u32> {
+    fn nearest(&self, ray: &Ray) -> Option<PrimId> {
         (**self).nearest(ray)
     }
     #[inline]

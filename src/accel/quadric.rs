@@ -65,6 +65,35 @@ fn in_range(t: f64, ray: &Ray) -> Option<f32> {
     (t > 0.0 && t < ray.t_max).then_some(t)
 }
 
+/// Where the line o + t·d in f64 meets a quadric that a backend says it does, at the first t > 0 if there is one. The
+/// flag tells that it passes by (the backend's roundings said otherwise) at this, the nearest point.
+pub fn on_line(quadric: &Quadric, o: DVec3, d: DVec3) -> (f64, bool) {
+    match quadric {
+        Quadric::Sphere { center, radius, .. } => {
+            let o = o - center.as_dvec3();
+            match roots(o, d, *radius as f64) {
+                Some((t0, t1)) => (if t0 > 0.0 { t0 } else { t1 }, false),
+                None => (-o.dot(d) / d.length_squared(), true),
+            }
+        }
+        Quadric::Disk {
+            center,
+            normal,
+            radius,
+            ..
+        } => {
+            let (o, n) = (o - center.as_dvec3(), normal.as_dvec3());
+            let t = -o.dot(n) / d.dot(n);
+            if t.is_finite() {
+                let outside = (o + d * t).length_squared() > (*radius as f64).powi(2);
+                (t, outside)
+            } else {
+                (-o.dot(d) / d.length_squared(), true)
+            }
+        }
+    }
+}
+
 /// The point of the quadric nearest to a point close to it, in f64; the outward normal of a sphere or the normal of a
 /// disk goes with it. It takes the error of a rounded t out of the point.
 #[inline]

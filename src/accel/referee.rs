@@ -1,7 +1,7 @@
 //! Who is right where two backends differ: every primitive is asked in f64, with bounds on what f32 may get wrong.
 
 use super::{Ray, quadric};
-use crate::scene::Geometry;
+use crate::scene::{Geometry, Instance, PrimId, Quadric};
 use glam::{DVec3, Vec3};
 
 /// Roundings u = 2⁻²⁴ of the largest distance R of a corner from the origin that a test in f32 may be off by: a corner
@@ -41,28 +41,120 @@ impl Meeting {
 }
 
 /// One primitive.
-pub fn meeting(geometry: &Geometry, prim: u32, ray: &Ray) -> Meeting {
+pub fn meeting(geometry: &Geometry, id: PrimId, ray: &Ray) -> Meeting {
     let u = f32::EPSILON as f64 * 0.5;
-    match geometry.quadric(prim) {
-        None => triangle(geometry.corners(prim), ray, ROUNDINGS * u),
+    let (instance, part, prim) = geometry.resolve(id);
+    let line = match instance {
+        None => Line::new(ray),
+        Some(i) => Line::through(i, ray),
+    };
+    match (part.quadric(prim), instance) {
+        (None, _) => triangle(part.corners(prim), &line, ROUNDINGS * u),
         // All backends call the one routine, so what it says is so; only its distance is rounded.
-        Some(q) => quadric::intersect(q, ray).map_or(Meeting::Outside, |t| {
+        (Some(q), None) => quadric::intersect(q, ray).map_or(Meeting::Outside, |t| {
             let t = t as f64;
             Meeting::Inside(Reach {
                 t,
                 slack: ROUNDINGS * u * t,
             })
         }),
+        (Some(q), Some(_)) => curved(q, &line, ROUNDINGS * u),
+    }
+}
+
+/// A ray in f64, in the space of what it is to meet.
+struct Line {
+    o: DVec3,
+    d: DVec3,
+    t_max: f64,
+    /// How much farther off a corner may seem to a backend that carried the ray there in f32, when it is so far away.
+    carried: Option<Instance>,
+    near: f64,
+}
+
+impl Line {
+    fn new(ray: &Ray) -> Self {
+        Self {
+            o: ray.o.as_dvec3(),
+            d: ray.d.as_dvec3(),
+            t_max: ray.t_max as f64,
+            carried: None,
+            near: 0.0,
+        }
+    }
+
+    fn through(instance: &Instance, ray: &Ray) -> Self {
+        let world = Self::new(ray);
+        let inverse = instance.linear.as_dmat3().inverse();
+        Self {
+            o: inverse * (world.o - instance.translation.as_dvec3()),
+            d: inverse * world.d,
+            carried: Some(*instance),
+            near: world.o.abs().max_element(),
+            ..world
+        }
+    }
+
+    /// Bound on what f32 may move a point that is `far` away by, beside its own test's roundings.
+    fn moved(&self, far: f64) -> f64 {
+        self.carried.map_or(0.0, |i| {
+            let stretch = i.linear.as_dmat3();
+            // ‖A‖ at most: the longest way in the world of so long a way here.
+            let norm = [stretch.x_axis, stretch.y_axis, stretch.z_axis]
+                .iter()
+                .map(|c| c.length_squared())
+                .sum::<f64>()
+                .sqrt();
+            3f64.sqrt() * i.carried(self.near, far * norm)
+        })
+    }
+}
+
+/// A quadric of an object, of which the ray that a backend carried there in f32 is off by a bound.
+fn curved(q: &Quadric, line: &Line, unit: f64) -> Meeting {
+    let (Quadric::Sphere { center, radius, .. } | Quadric::Disk { center, radius, .. }) = q;
+    let (center, radius) = (center.as_dvec3(), *radius as f64);
+    let (t, passes) = quadric::on_line(q, line.o, line.d);
+    let (length, at) = (line.d.length(), line.o + line.d * t);
+    let (_, normal) = quadric::project(q, at);
+    let off = unit * (at - line.o).length() + line.moved((at - line.o).length());
+    let cos = normal.dot(line.d).abs() / (length * normal.length());
+    // How far inside of the silhouette or the rim the line passes, and how far that may be off.
+    let (within, margin, leaves) = match q {
+        Quadric::Sphere { .. } => {
+            let o = line.o - center;
+            let foot = o - line.d * (line.d.dot(o) / (length * length));
+            let leaves = (o.length() - radius).abs() <= off;
+            (radius - foot.length(), off, leaves)
+        }
+        Quadric::Disk { .. } => (radius - (at - center).length(), off / cos, false),
+    };
+    // Twice, because a sphere's cosine changes on the way.
+    let reach = Reach {
+        t: if leaves { 0.0 } else { t },
+        slack: 2.0 * off / (cos * length),
+    };
+    let end = reach.slack + unit * reach.t.abs();
+    if within < -margin || reach.t < -end || reach.t > line.t_max + end {
+        Meeting::Outside
+    } else if reach.t <= end || reach.t >= line.t_max - end {
+        Meeting::End(reach)
+    } else if passes || within <= margin {
+        Meeting::Edge(reach)
+    } else {
+        Meeting::Inside(reach)
     }
 }
 
 /// Edge functions as volumes: e_i = d · (v_j × v_k) of corners relative to the origin, whose sum is d · n. A corner off
 /// by δ moves e_i by δ·|edge|·|d|.
-fn triangle(corners: [Vec3; 3], ray: &Ray, unit: f64) -> Meeting {
-    let (o, d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
+fn triangle(corners: [Vec3; 3], line: &Line, unit: f64) -> Meeting {
+    let (o, d) = (line.o, line.d);
     let [a, b, c] = corners.map(|p| p.as_dvec3() - o);
     let (ab, ac, bc) = (b - a, c - a, c - b);
     let far = a.length().max(b.length()).max(c.length());
+    // A carried ray errs as if all corners were that much off.
+    let off = unit * far + line.moved(far);
     let n = ab.cross(ac);
     let (cos, length) = (d.dot(n), d.length());
     let facing = 1f64.copysign(cos);
@@ -70,7 +162,7 @@ fn triangle(corners: [Vec3; 3], ray: &Ray, unit: f64) -> Meeting {
     let sides = [(volume(b, c), bc), (volume(c, a), ac), (volume(a, b), ab)];
     let mut sure = true;
     for (e, edge) in sides {
-        let bound = unit * far * edge.length() * length;
+        let bound = off * edge.length() * length;
         if e < -bound {
             return Meeting::Outside;
         }
@@ -93,9 +185,9 @@ fn triangle(corners: [Vec3; 3], ray: &Ray, unit: f64) -> Meeting {
     let needle = 1.0 + longest2 / n.length();
     let reach = Reach {
         t: a.dot(n) / cos,
-        slack: unit * far * needle * n.length() / cos.abs(),
+        slack: off * needle * n.length() / cos.abs(),
     };
-    let t_max = ray.t_max as f64;
+    let t_max = line.t_max;
     // Ends are rounded too.
     let end = reach.slack + unit * t_max.min(reach.t.abs());
     if reach.t < -end || reach.t > t_max + end {
@@ -110,7 +202,7 @@ fn triangle(corners: [Vec3; 3], ray: &Ray, unit: f64) -> Meeting {
 }
 
 /// Two primitives named for one ray lie at the same place, as far as f32 can tell.
-pub fn same_place(geometry: &Geometry, a: u32, b: u32, ray: &Ray) -> bool {
+pub fn same_place(geometry: &Geometry, a: PrimId, b: PrimId, ray: &Ray) -> bool {
     let reach = |p| meeting(geometry, p, ray).reach();
     match (reach(a), reach(b)) {
         (Some(a), Some(b)) => (a.t - b.t).abs() <= a.slack + b.slack,
@@ -145,10 +237,33 @@ pub enum Class {
     },
 }
 
+/// All primitives that a ray may meet: those of the world, and those of the instances whose box it does not clearly pass.
+fn candidates<'g>(geometry: &'g Geometry, ray: &Ray) -> impl Iterator<Item = PrimId> + 'g {
+    let world = (0..geometry.prim_count() as u32).map(PrimId::of);
+    let boxes: Vec<_> = geometry.objects.iter().map(Geometry::bounds).collect();
+    let line = Line::new(ray);
+    let near = line.o.abs().max_element();
+    let instances = geometry.instances.iter().enumerate();
+    let entered = instances.filter(move |(_, i)| {
+        boxes[i.object as usize].is_some_and(|b| {
+            let (lo, hi) = i.bounds(b);
+            let (c, e) = ((lo + hi) * 0.5, (hi - lo) * 0.5);
+            // A sphere around the box, grown far beyond any rounding.
+            let (radius, to) = (e.length() + 1e-3 * (near + c.length()), c - line.o);
+            let along = to.dot(line.d) / line.d.length();
+            to.length_squared() - along * along <= radius * radius && along >= -radius
+        })
+    });
+    let inside = entered.flat_map(|(i, instance)| {
+        let count = geometry.objects[instance.object as usize].prim_count();
+        (0..count as u32).map(move |p| PrimId::through(i as u32, p))
+    });
+    world.chain(inside)
+}
+
 /// Judges two different answers about the nearest primitive. Asks every primitive: for rare cases.
-pub fn judge_nearest(geometry: &Geometry, ray: &Ray, answers: [Option<u32>; 2]) -> Class {
-    let all = 0..geometry.prim_count() as u32;
-    let sure = all.filter_map(|p| match meeting(geometry, p, ray) {
+pub fn judge_nearest(geometry: &Geometry, ray: &Ray, answers: [Option<PrimId>; 2]) -> Class {
+    let sure = candidates(geometry, ray).filter_map(|p| match meeting(geometry, p, ray) {
         Meeting::Inside(r) => Some(r),
         _ => None,
     });
@@ -178,7 +293,7 @@ pub fn judge_nearest(geometry: &Geometry, ray: &Ray, answers: [Option<u32>; 2]) 
 /// Judges two different answers about visibility, of which the second says "occluded" if `second` holds, else the first.
 pub fn judge_occluded(geometry: &Geometry, ray: &Ray, second: bool) -> Class {
     let mut class = None;
-    for p in 0..geometry.prim_count() as u32 {
+    for p in candidates(geometry, ray) {
         match meeting(geometry, p, ray) {
             Meeting::Inside(_) => {
                 return Class::Wrong {

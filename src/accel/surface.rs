@@ -3,8 +3,8 @@
 //! The point comes from barycentrics, not from o + t·d: its error does not grow with t (PBRT 6.8.4). Sidedness follows
 //! the winding, which the loader has turned to pbrt-v4's outside.
 
-use super::{Hit, Ray, quadric};
-use crate::scene::{Facet, Geometry, Quadric};
+use super::{Hit, Ray, posed, quadric};
+use crate::scene::{Facet, Geometry, PrimId, Quadric};
 use glam::{DVec3, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};
 
@@ -38,7 +38,9 @@ pub struct Surface {
 
 /// Gathers what hits ask for, once; a backend calls this when it is built.
 pub fn prepare(geometry: &Geometry) {
-    facets(geometry);
+    for part in geometry.parts() {
+        facets(part);
+    }
 }
 
 /// The facets of all triangles.
@@ -68,12 +70,12 @@ fn gather(geometry: &Geometry) -> Vec<Facet> {
 /// The surface at a hit of `ray`.
 #[inline(always)]
 pub fn surface(geometry: &Geometry, hit: &Hit, ray: &Ray) -> Surface {
-    match (hit.prim as usize).checked_sub(geometry.triangles.len()) {
-        None => surface_at(geometry, hit.prim, hit.b1, hit.b2),
-        Some(i) => quadric_at(
-            &geometry.quadrics[i],
-            ray.o.as_dvec3() + ray.d.as_dvec3() * hit.t as f64,
-        ),
+    match hit.prim.index().checked_sub(geometry.triangles.len()) {
+        None => surface_at(geometry, hit.prim.prim(), hit.b1, hit.b2),
+        Some(i) => match geometry.quadrics.get(i) {
+            Some(q) => quadric_at(q, ray.o.as_dvec3() + ray.d.as_dvec3() * hit.t as f64),
+            None => posed::surface(geometry, hit, ray),
+        },
     }
 }
 
@@ -114,9 +116,12 @@ pub fn surface_at(geometry: &Geometry, prim: u32, b1: f32, b2: f32) -> Surface {
 }
 
 /// The very surface, bit for bit, of which `at` of primitive `prim` was kept; `p` and `ng` count on quadrics only.
-pub fn surface_again(geometry: &Geometry, prim: u32, at: Vec2, p: Vec3, ng: Vec3) -> Surface {
-    match geometry.quadric(prim) {
-        None => surface_at(geometry, prim, at.x, at.y),
+pub fn surface_again(geometry: &Geometry, prim: PrimId, at: Vec2, p: Vec3, ng: Vec3) -> Surface {
+    if prim.instance().is_some() {
+        return posed::surface_again(geometry, prim, at, p, ng);
+    }
+    match geometry.quadric(prim.prim()) {
+        None => surface_at(geometry, prim.prim(), at.x, at.y),
         Some(q) => Surface {
             p,
             error: quadric_error(q),
@@ -129,13 +134,18 @@ pub fn surface_again(geometry: &Geometry, prim: u32, at: Vec2, p: Vec3, ng: Vec3
 }
 
 /// The texture coordinates at `at` of primitive `prim`.
-pub fn uv_again(geometry: &Geometry, prim: u32, at: Vec2) -> Vec2 {
-    surface_again(geometry, prim, at, Vec3::ZERO, Vec3::ZERO).uv
+pub fn uv_again(geometry: &Geometry, prim: PrimId, at: Vec2) -> Vec2 {
+    let (_, part, prim) = geometry.resolve(prim);
+    surface_again(part, PrimId::of(prim), at, Vec3::ZERO, Vec3::ZERO).uv
 }
 
 /// ∂p/∂u at a point of `prim`: not 0, not of unit length, in the plane of the primitive. Apart from [`Surface`] because
 /// only anisotropic lobes ask for it.
-pub fn dpdu(geometry: &Geometry, prim: u32, s: &Surface) -> Vec3 {
+pub fn dpdu(geometry: &Geometry, prim: PrimId, s: &Surface) -> Vec3 {
+    if prim.instance().is_some() {
+        return posed::dpdu_through(geometry, prim, s);
+    }
+    let prim = prim.prim();
     match geometry.quadric(prim) {
         None => {
             let corners = geometry.corners(prim);
@@ -213,7 +223,7 @@ impl AnyNormal for Vec3 {
 /// The interpolated normal, of unit length and on the side of `ng`. pbrt-v4 turns the geometric normal instead; the
 /// loader has done that for whole faces, so that ng stays a function of the primitive alone, as light sampling needs.
 #[inline]
-fn facing(n: Vec3, ng: Vec3) -> Vec3 {
+pub(super) fn facing(n: Vec3, ng: Vec3) -> Vec3 {
     let length2 = n.length_squared();
     if length2 > 0.0 {
         let n = n * length2.sqrt().recip();
@@ -323,7 +333,10 @@ mod tests {
             let (a, b) = (s1.uv - s0.uv, s2.uv - s0.uv);
             let by_v = (p1 - p0) * b.y - (p2 - p0) * a.y;
             let det = a.x * b.y - a.y * b.x;
-            assert!(close(dpdu(&g, 0, &s0) * det, by_v), "{given}: {s0:?}");
+            assert!(
+                close(dpdu(&g, PrimId::of(0), &s0) * det, by_v),
+                "{given}: {s0:?}"
+            );
         }
     }
 
@@ -364,7 +377,8 @@ mod tests {
         assert!(close(s.p, Vec3::ONE + n * 2.0) && close(s.ng, n));
         assert!((s.uv - Vec2::new(0.125, 0.5)).length() < 1e-6, "{s:?}");
         let turn = to_object.transpose() * Vec3::new(-1.0, 1.0, 0.0).normalize();
-        let along_u = |q: Quadric, s: &Surface| dpdu(&geometry(vec![], vec![], vec![q]), 0, s);
+        let along_u =
+            |q: Quadric, s: &Surface| dpdu(&geometry(vec![], vec![], vec![q]), PrimId::of(0), s);
         assert!(close(along_u(sphere(false), &s), turn * (2.0 * TAU)));
         let inward = quadric_at(&sphere(true), (Vec3::ONE + n).as_dvec3());
         assert!(close(inward.ng, -n) && close(inward.p, s.p));

@@ -206,10 +206,11 @@ pub fn render_on(
 ) -> Result<Rendered, CliError> {
     let Prepared { scene, job, loaded } = prepared;
     let build = Instant::now();
-    let told = |embree: String| Told {
+    let told = |embree: String, accel: &dyn Accel| Told {
         load: *loaded,
         build: build.elapsed(),
         embree,
+        bytes: accel.memory_bytes(),
     };
     let options = EmbreeOptions {
         robust: args.accel_precision == PrecisionArg::Robust,
@@ -221,7 +222,7 @@ pub fn render_on(
     match (job.accel, &args.record_rays) {
         (AccelArg::Embree, file) => {
             let accel = embree()?;
-            let told = told(accel.version());
+            let told = told(accel.version(), &accel);
             let Some(file) = file else {
                 return pool
                     .install(|| watched_on(args, job, scene, &accel, told, (progress, watcher)));
@@ -238,9 +239,9 @@ pub fn render_on(
             let version = embree.version();
             let obvhs = pool.install(|| Obvhs::new(&scene.geometry));
             let accel = Checked::new(embree, obvhs);
-            let told = told(version);
             // Behind a table of functions like the recorder: the renderer is not compiled once more for it.
             let any: &dyn Accel = &accel;
+            let told = told(version, any);
             let mut rendered =
                 pool.install(|| watched_on(args, job, scene, &any, told, (progress, watcher)))?;
             rendered.report.checked(accel.disagreement());
@@ -248,7 +249,7 @@ pub fn render_on(
         }
         (AccelArg::Obvhs, None) => {
             let accel = pool.install(|| Obvhs::new(&scene.geometry));
-            let told = told("not used".into());
+            let told = told("not used".into(), &accel);
             pool.install(|| watched_on(args, job, scene, &accel, told, (progress, watcher)))
         }
         (AccelArg::Obvhs | AccelArg::Checked, Some(_)) => {
@@ -266,6 +267,8 @@ pub struct Told {
     pub build: Duration,
     /// Embree's version.
     pub embree: String,
+    /// Bytes of the acceleration structure.
+    pub bytes: usize,
 }
 
 /// Who hears of progress, who may stop the render.

@@ -122,7 +122,7 @@ impl Identity {
             spectral: job.bins.map(|b| b.count),
             illuminant: GreyBins::of(job).map(|g| g.0.iter().map(f64::to_string).collect()),
             plan: plan(args, job),
-            triangles: scene.geometry.triangles.len(),
+            triangles: scene.geometry.triangle_count(),
             chains: (job.integrator == IntegratorKind::Mlt).then_some(chains),
         }
     }

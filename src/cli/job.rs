@@ -191,6 +191,7 @@ fn plan(args: &RenderArgs, scene: &mut Scene) -> Result<Plan, CliError> {
         shares: args.mutate,
         force,
         without,
+        flat: None,
     };
     let edges = scene.settings.max_depth as usize + 1;
     if edges > MOST_EDGES {

@@ -36,16 +36,10 @@ impl EffectArgs {
             let text = format!("found --force {e} and --without {e}, expected one of them");
             return Err(CliError::Usage(text));
         }
-        for e in &self.force {
-            let why = match e {
-                Effect::Alpha => {
-                    "alpha of 0 or 1 is settled by the loader, and any other is refused"
-                }
-                Effect::Instances => "the loader puts every instance into world space",
-                _ => continue,
-            };
-            let text = format!("--force {e}: there is nothing to force, since {why}");
-            return Err(CliError::Usage(text));
+        if self.force.contains(&Effect::Alpha) {
+            let text = "--force alpha: there is nothing to force, since alpha of 0 or 1 is settled by the loader, and \
+                        any other is refused";
+            return Err(CliError::Usage(text.into()));
         }
         Ok(())
     }

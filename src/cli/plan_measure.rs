@@ -207,7 +207,7 @@ pub fn measure(
         .map_err(|e| CliError::Internal(format!("cannot start threads: {e}")))?;
     let off: Vec<Effect> = Effect::ALL
         .into_iter()
-        .filter(|e| !plan.on(*e) && !matches!(e, Effect::Alpha | Effect::Instances))
+        .filter(|e| !plan.on(*e) && *e != Effect::Alpha)
         .collect();
     let mut sets: Vec<(String, Vec<Effect>, bool)> = off
         .iter()
@@ -245,7 +245,7 @@ pub fn measure(
     for f in &plan.findings {
         let why = match f.verdict {
             Verdict::CalledFor => "the scene calls for it",
-            _ if matches!(f.effect, Effect::Alpha | Effect::Instances) => "there is no code for it",
+            _ if f.effect == Effect::Alpha => "there is no code for it",
             _ => continue,
         };
         told(&Row {

@@ -4,7 +4,7 @@ use super::job::Job;
 use crate::chain::MltOptions;
 use crate::path::{Link, Vertex};
 use crate::scene::texture::Texels;
-use crate::scene::{Facet, IntegratorKind, Light, Scene};
+use crate::scene::{Facet, Geometry, Instance, IntegratorKind, Light, Scene};
 
 /// Bytes by what they are for.
 pub struct Memory {
@@ -14,6 +14,8 @@ pub struct Memory {
 
 /// Bytes of Embree's structure for a triangle: between 100 and 250 in the scenes here, with spatial splits.
 const EMBREE_TRIANGLE: usize = 180;
+/// Bytes of Embree's for an instance.
+const EMBREE_INSTANCE: usize = 600;
 
 /// Bytes of a pixel in the film: three 128-bit sums.
 const FILM: usize = 48;
@@ -28,9 +30,14 @@ impl Memory {
     /// Of a job.
     pub fn of(scene: &Scene, job: &Job) -> Self {
         let g = &scene.geometry;
-        let vectors = 12 * (g.positions.len() + g.normals.len()) + 8 * g.uvs.len();
-        let triangles = g.triangles.len() * (12 + size_of::<Facet>());
-        let geometry = vectors + triangles + 8 * g.prim_count() + 128 * g.quadrics.len();
+        let part = |g: &Geometry| {
+            let vectors = 12 * (g.positions.len() + g.normals.len()) + 8 * g.uvs.len();
+            let triangles = g.triangles.len() * (12 + size_of::<Facet>());
+            vectors + triangles + 8 * g.prim_count() + 128 * g.quadrics.len()
+        };
+        let instances = g.instances.len();
+        let geometry = g.parts().map(part).sum::<usize>() + size_of::<Instance>() * instances;
+        let triangles = g.triangle_count();
         let texels = |t: &Texels| match t {
             Texels::Bytes { data, .. } => 4 * data.len(),
             Texels::Floats(data) => 12 * data.len(),
@@ -64,7 +71,10 @@ impl Memory {
             ("geometry", geometry),
             ("images", images),
             ("lights", lights),
-            ("acceleration", EMBREE_TRIANGLE * g.triangles.len()),
+            (
+                "acceleration",
+                EMBREE_TRIANGLE * triangles + EMBREE_INSTANCE * instances,
+            ),
             ("film", film * pixels),
             ("chains", chains),
         ];

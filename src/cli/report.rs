@@ -12,8 +12,8 @@ use crate::integrator::MltResult;
 use crate::mutation::Strategy;
 use crate::output::{Metadata, Window};
 use crate::path::{Site, Tally};
-use crate::scene::Scene;
 use crate::scene::spectrum::Target;
+use crate::scene::{Geometry, Scene};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -36,6 +36,11 @@ pub struct Report {
     #[serde(skip_serializing_if = "Option::is_none")]
     spectral_bins: Option<usize>,
     triangles: usize,
+    /// Objects kept once, places where they stand, and what the primitives would be if each place had its own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    instancing: Option<Instancing>,
+    /// Of the acceleration structure.
+    accel_bytes: usize,
     load_seconds: f64,
     build_seconds: f64,
     wall_seconds: f64,
@@ -56,6 +61,24 @@ pub struct Report {
     faults: BTreeMap<&'static str, u64>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     fault_sites: Vec<Site>,
+}
+
+/// Objects that stand in several places.
+#[derive(Clone, Debug, Serialize)]
+struct Instancing {
+    objects: usize,
+    instances: usize,
+    primitives_flattened: u64,
+}
+
+impl Instancing {
+    fn of(g: &Geometry) -> Option<Self> {
+        (!g.instances.is_empty()).then(|| Self {
+            objects: g.objects.len(),
+            instances: g.instances.len(),
+            primitives_flattened: g.flat_count(),
+        })
+    }
 }
 
 /// The image's error; `relative` is null where it cannot be told.
@@ -107,7 +130,9 @@ impl Report {
             crop: scene.camera.crop,
             max_depth: scene.settings.max_depth,
             spectral_bins: job.bins.map(|b| b.count),
-            triangles: scene.geometry.triangles.len(),
+            triangles: scene.geometry.triangle_count(),
+            instancing: Instancing::of(&scene.geometry),
+            accel_bytes: told.bytes,
             load_seconds: told.load.as_secs_f64(),
             build_seconds: told.build.as_secs_f64(),
             ..Self::default()

@@ -285,7 +285,7 @@ impl<'a> Runner<'a> {
             size: [x1 - x0, y1 - y0],
             version: env!("CARGO_PKG_VERSION").into(),
             threads: rayon_threads(prepared.job.threads),
-            triangles: prepared.scene.geometry.triangles.len(),
+            triangles: prepared.scene.geometry.triangle_count(),
             max_depth: prepared.scene.settings.max_depth,
         }
     }

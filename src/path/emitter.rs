@@ -8,7 +8,7 @@ use crate::accel::surface::{quadric_at, surface_at};
 use crate::sampling::{Discrete, Grid2d, Rng, octahedral, warp};
 use crate::scatter::Frame;
 use crate::scene::spectrum::{Curve, Lanes, Rgb2Spec, Spectrum, luminance};
-use crate::scene::{Light, NONE, Quadric, Scene};
+use crate::scene::{Light, NONE, PrimId, Quadric, Scene};
 use glam::Vec3;
 use std::f64::consts::PI;
 
@@ -156,7 +156,7 @@ impl Emitters {
                         )
                     }
                 };
-                Vertex::from_surface(scene, *prim, &s, palette)
+                Vertex::from_surface(scene, PrimId::of(*prim), &s, palette)
             }
             Light::Point { position, .. } | Light::Spot { position, .. } => {
                 let mut v = Vertex::bare(Kind::Point, *position, Vec3::ZERO, i as u32);

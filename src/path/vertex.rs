@@ -6,7 +6,7 @@ use crate::accel::surface::{facets, uv_again};
 use crate::accel::{Surface, dpdu};
 use crate::scatter::{Bsdf, Frame, shade};
 use crate::scene::spectrum::{Lanes, Spectrum};
-use crate::scene::{NONE, Scene};
+use crate::scene::{NONE, PrimId, Scene};
 use glam::{Vec2, Vec3};
 
 /// What kind of place a vertex is.
@@ -40,8 +40,8 @@ pub struct Vertex<const N: usize> {
     pub light: u32,
     /// Material index, or [`NONE`].
     pub material: u32,
-    /// Primitive of a surface point, or [`NONE`].
-    pub prim: u32,
+    /// Primitive of a surface point, or [`PrimId::NONE`].
+    pub prim: PrimId,
     /// [`Surface::at`] of a surface point: with the primitive, all that need be kept of it.
     pub at: Vec2,
     /// Unit shading normal.
@@ -66,7 +66,7 @@ impl<const N: usize> Vertex<N> {
             unforeshortened: matches!(kind, Kind::Point | Kind::Infinite) as u8 as f32,
             light,
             material: NONE,
-            prim: NONE,
+            prim: PrimId::NONE,
             at: Vec2::ZERO,
             ns: Vec3::ZERO,
             tangent: Vec3::ZERO,
@@ -76,7 +76,7 @@ impl<const N: usize> Vertex<N> {
     }
 
     /// A surface point, with its lobes and emission at the wavelengths of `palette`.
-    pub fn from_surface(scene: &Scene, prim: u32, s: &Surface, palette: &Palette<N>) -> Self {
+    pub fn from_surface(scene: &Scene, prim: PrimId, s: &Surface, palette: &Palette<N>) -> Self {
         let mut v = Self::bare(Kind::Surface, s.p, s.ng, NONE);
         v.become_surface(scene, prim, s, palette);
         v
@@ -84,16 +84,18 @@ impl<const N: usize> Vertex<N> {
 
     /// Becomes what [`Self::from_surface`] would make. Field by field, so that nothing is built elsewhere and copied.
     #[inline(always)]
-    pub fn become_surface(&mut self, scene: &Scene, prim: u32, s: &Surface, palette: &Palette<N>) {
+    pub fn become_surface(
+        &mut self,
+        scene: &Scene,
+        prim: PrimId,
+        s: &Surface,
+        palette: &Palette<N>,
+    ) {
         let geometry = &scene.geometry;
-        let (shape, light) = match facets(geometry).get(prim as usize) {
-            Some(f) => (f.shape, f.light),
-            None => (
-                geometry.prim_shape[prim as usize],
-                geometry.prim_light[prim as usize],
-            ),
+        let (material, light) = match facets(geometry).get(prim.index()) {
+            Some(f) => (geometry.shapes[f.shape as usize].material, f.light),
+            None => geometry.finish(prim),
         };
-        let material = geometry.shapes[shape as usize].material;
         self.p = s.p;
         self.error = s.error;
         self.ng = s.ng;

@@ -1,7 +1,7 @@
 //! What in a scene calls for each effect, with its place.
 
-use super::reach::certain;
-use super::{Effect, colour};
+use super::reach::{certain, used_shapes};
+use super::{Effect, colour, objects};
 use crate::scene::load::Location;
 use crate::scene::material::ConductorFresnel;
 use crate::scene::spectrum::Curve;
@@ -67,8 +67,9 @@ pub(super) struct Causes {
 }
 
 impl Causes {
-    /// Looks through the scene; `live` materials and `lit` lights count.
-    pub(super) fn new(scene: &Scene, live: &[bool], lit: &[bool]) -> Self {
+    /// Looks through the scene; `live` materials and `lit` lights count. Objects may become `flat` more primitives in the
+    /// world.
+    pub(super) fn new(scene: &Scene, live: &[bool], lit: &[bool], flat: u64) -> Self {
         let (colours, illuminant) = colour::colours(scene, live, lit);
         let mut all = Self {
             by_effect: Default::default(),
@@ -119,17 +120,25 @@ impl Causes {
                 all.add(Effect::Environment, cause);
             }
         }
-        let mut used = vec![false; scene.geometry.shapes.len()];
-        for &s in &scene.geometry.prim_shape {
-            used[s as usize] = true;
+        let of_objects = scene.sources.objects.iter().map(|o| o.1.as_slice());
+        let sources = std::iter::once(scene.sources.shapes.as_slice()).chain(of_objects);
+        for (part, sources) in scene.geometry.parts().zip(sources) {
+            let used = used_shapes(part);
+            for (i, s) in part.shapes.iter().enumerate() {
+                if used[i] && s.has_normals {
+                    let cause = Cause::of(sources.get(i), "a shape", "has vertex normals");
+                    all.add(Effect::Normals, cause);
+                }
+            }
         }
-        for (i, s) in scene.geometry.shapes.iter().enumerate() {
-            if used[i] && s.has_normals {
-                let source = scene.sources.shapes.get(i);
-                all.add(
-                    Effect::Normals,
-                    Cause::of(source, "a shape", "has vertex normals"),
-                );
+        let uses = scene.geometry.uses();
+        let instanced = objects::instanced(&scene.geometry, flat);
+        for (i, (source, _)) in scene.sources.objects.iter().enumerate() {
+            if instanced[i] {
+                let count = scene.geometry.objects[i].prim_count();
+                let why = format!("of {count} primitives stands in {} places", uses[i]);
+                let cause = Cause::of(Some(source), "an object", &why);
+                all.add(Effect::Instances, cause);
             }
         }
         for causes in &mut all.by_effect {

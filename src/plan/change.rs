@@ -6,6 +6,7 @@
 use super::Effect;
 use super::causes::is_environment;
 use super::reach::certain;
+use crate::scene::flatten::{flatten, put_behind};
 use crate::scene::material::{ConductorFresnel, Roughness};
 use crate::scene::spectrum::{Curve, rgb_albedo};
 use crate::scene::texture::{FloatTexture, Image, SpectrumTexture, UvMapping};
@@ -19,7 +20,7 @@ const D_LINE: f32 = 587.6;
 const PINPRICK: f32 = 1e-3;
 
 /// Takes every cause of `effect` out of the scene. What is a matter of how it is simulated alone — colour and the
-/// perturbations — is not a matter of the scene; alpha and instances the loader has dealt with.
+/// perturbations — is not a matter of the scene; alpha the loader has dealt with.
 pub fn remove(effect: Effect, scene: &mut Scene) {
     match effect {
         Effect::Dispersion => {
@@ -47,15 +48,11 @@ pub fn remove(effect: Effect, scene: &mut Scene) {
         }
         Effect::Normals => scene
             .geometry
-            .shapes
-            .iter_mut()
+            .shapes_mut()
             .for_each(|s| s.has_normals = false),
+        Effect::Instances => flatten(scene, |_| true),
         Effect::Indirect => scene.settings.max_depth = scene.settings.max_depth.min(1),
-        Effect::Colour
-        | Effect::Caustic
-        | Effect::MultiChain
-        | Effect::Alpha
-        | Effect::Instances => {}
+        Effect::Colour | Effect::Caustic | Effect::MultiChain | Effect::Alpha => {}
     }
 }
 
@@ -96,17 +93,23 @@ pub fn insert(effect: Effect, scene: &mut Scene) {
         }
         Effect::Normals => {
             let g = &mut scene.geometry;
-            // A normal of length 0 stands for the geometric one.
-            g.normals.resize(g.positions.len(), Vec3::ZERO);
-            g.shapes.iter_mut().for_each(|s| s.has_normals = true);
+            let (objects, world) = (std::mem::take(&mut g.objects), g);
+            let mut objects = objects;
+            for part in objects.iter_mut().chain([&mut *world]) {
+                // A normal of length 0 stands for the geometric one.
+                part.normals.resize(part.positions.len(), Vec3::ZERO);
+                part.shapes.iter_mut().for_each(|s| s.has_normals = true);
+            }
+            world.objects = objects;
         }
+        Effect::Instances if scene.geometry.instances.is_empty() => put_behind(scene),
         _ => {}
     }
 }
 
 /// Replaces mixes that are certainly one of their parts by that part, wherever a surface is made of one.
 pub fn fold(scene: &mut Scene) {
-    for s in &mut scene.geometry.shapes {
+    for s in scene.geometry.shapes_mut() {
         let mut steps = scene.materials.len();
         while let Some(part) = scene.materials.get(s.material as usize).and_then(certain)
             && steps > 0

@@ -85,7 +85,7 @@ impl Effect {
             }
             Self::Normals => "the geometric normal is the shading normal",
             Self::Alpha => "Embree has no filter callback",
-            Self::Instances => "Embree has one level, in world space",
+            Self::Instances => "every object stands in world space, in one level",
             Self::Indirect => "no Markov chain: the direct pass is the whole image",
         }
     }
@@ -108,7 +108,10 @@ impl Effect {
             Self::Environment => "light from infinity is missing (parallel light stays)",
             Self::Textures => "each texture is replaced by one value that stands for it",
             Self::Normals => "curved meshes show their facets",
-            Self::Alpha | Self::Instances => "nothing",
+            Self::Alpha => "nothing",
+            Self::Instances => {
+                "nothing is wrong with the image, but every place of an object takes as much memory as the object"
+            }
             Self::Indirect => "light that scattered more than once is missing",
         }
     }

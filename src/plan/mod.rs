@@ -7,6 +7,7 @@ mod causes;
 mod change;
 mod colour;
 mod effect;
+pub mod objects;
 mod reach;
 mod strategy;
 mod text;
@@ -18,6 +19,7 @@ pub use reach::{Dark, dark_lights, live_materials};
 pub use strategy::{Shares, Strategy};
 
 use crate::scene::Scene;
+use crate::scene::flatten::flatten;
 use crate::scene::spectrum::{Curve, Grey};
 use causes::Causes;
 use serde::Serialize;
@@ -33,6 +35,9 @@ pub struct Options {
     pub force: Vec<Effect>,
     /// Effects to leave out whether the scene calls for them or not.
     pub without: Vec<Effect>,
+    /// Primitives that objects may become beside one copy of each before they are instanced; [`objects::FLAT`] if not
+    /// given.
+    pub flat: Option<u64>,
 }
 
 /// Whether an effect is simulated.
@@ -116,7 +121,8 @@ impl Plan {
             .zip(&scene.lights)
             .map(|(d, l)| d.is_none() || (forced(Effect::Environment) && causes::is_environment(l)))
             .collect();
-        let mut causes = Causes::new(scene, &live, &lit);
+        let flat = options.flat.unwrap_or(objects::FLAT);
+        let mut causes = Causes::new(scene, &live, &lit, flat);
         let findings: Vec<Finding> = Effect::ALL
             .into_iter()
             .map(|effect| {
@@ -172,7 +178,7 @@ impl Plan {
     }
 
     /// Makes the scene ready for a render and plans that: what is to be left out or forced goes out of the scene or into
-    /// it, and mixes that are certain are resolved. The findings tell of the scene as it was.
+    /// it, objects that are not worth an instance are put into the world, and mixes that are certain are resolved. The findings tell of the scene as it was.
     pub fn make(scene: &mut Scene, options: &Options) -> Self {
         let before = Self::new(scene, options);
         for f in &before.findings {
@@ -182,10 +188,17 @@ impl Plan {
                 Verdict::CalledFor | Verdict::NotCalledFor => {}
             }
         }
+        if !options.force.contains(&Effect::Instances) {
+            let flat = options.flat.unwrap_or(objects::FLAT);
+            let stays = objects::instanced(&scene.geometry, flat);
+            flatten(scene, |i| !stays[i]);
+        }
         fold(scene);
         let mut plan = Self::new(scene, options);
         for (now, f) in plan.findings.iter_mut().zip(before.findings) {
-            if matches!(f.verdict, Verdict::LeftOut | Verdict::Forced) {
+            // Which objects are instanced was decided among all of them.
+            let settled = f.effect == Effect::Instances;
+            if settled || matches!(f.verdict, Verdict::LeftOut | Verdict::Forced) {
                 *now = f;
             }
         }

@@ -33,13 +33,12 @@ impl Dark {
 
 /// For each material, whether some primitive is made of it, mixes seen through.
 pub fn live_materials(scene: &Scene) -> Vec<bool> {
-    let mut used = vec![false; scene.geometry.shapes.len()];
-    for &s in &scene.geometry.prim_shape {
-        used[s as usize] = true;
-    }
     let mut live = vec![false; scene.materials.len()];
-    let shapes = scene.geometry.shapes.iter().zip(used);
-    let mut open: Vec<u32> = shapes.filter(|s| s.1).map(|s| s.0.material).collect();
+    let mut open: Vec<u32> = Vec::new();
+    for part in scene.geometry.parts() {
+        let shapes = part.shapes.iter().zip(used_shapes(part));
+        open.extend(shapes.filter(|s| s.1).map(|s| s.0.material));
+    }
     while let Some(m) = open.pop() {
         let Some(material) = scene.materials.get(m as usize) else {
             continue;
@@ -55,6 +54,15 @@ pub fn live_materials(scene: &Scene) -> Vec<bool> {
         }
     }
     live
+}
+
+/// For each shape of a geometry, whether some primitive is a part of it.
+pub(super) fn used_shapes(g: &Geometry) -> Vec<bool> {
+    let mut used = vec![false; g.shapes.len()];
+    for &s in &g.prim_shape {
+        used[s as usize] = true;
+    }
+    used
 }
 
 /// The one material that a mix certainly is.
@@ -138,13 +146,7 @@ fn is_black(c: &Curve) -> bool {
 
 /// The corners of a box around all surfaces; none without surfaces.
 fn corners(geometry: &Geometry) -> Vec<Vec3> {
-    let mut bounds: Option<(Vec3, Vec3)> = None;
-    for p in 0..geometry.prim_count() as u32 {
-        let (lo, hi) = geometry.prim_bounds(p);
-        let (a, b) = bounds.unwrap_or((lo, hi));
-        bounds = Some((a.min(lo), b.max(hi)));
-    }
-    let Some((lo, hi)) = bounds else {
+    let Some((lo, hi)) = geometry.bounds() else {
         return Vec::new();
     };
     let corner = |i: usize| {

@@ -1,12 +1,13 @@
-//! World-space primitives, numbered 0.. : triangles first, then quadrics.
+//! Primitives of the world or of an object, numbered 0.. : triangles first, then quadrics.
 
+use super::Instance;
 use glam::{Mat3, Vec2, Vec3};
 use std::sync::OnceLock;
 
 /// "No such thing" in index fields.
 pub const NONE: u32 = u32::MAX;
 
-/// What a primitive belongs to: one pbrt `Shape` directive (or one instance of it).
+/// What a primitive belongs to: one pbrt `Shape` directive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shape {
     /// Index into `Scene::materials`; [`NONE`] is pbrt's interface (no surface).
@@ -44,7 +45,8 @@ pub enum Quadric {
     },
 }
 
-/// All primitives of a scene in world space.
+/// All primitives of a scene in world space, and its objects with the places where they stand; or the primitives of one
+/// object in a space of its own.
 ///
 /// Primitive `i < triangles.len()` is a triangle; the others are `quadrics[i - triangles.len()]`.
 /// A triangle's geometric normal is `(p1−p0)×(p2−p0)`: the loader has already turned the winding so that this
@@ -67,6 +69,10 @@ pub struct Geometry {
     pub prim_light: Vec<u32>,
     /// Shapes.
     pub shapes: Vec<Shape>,
+    /// Objects, each in its own space; they have no objects in turn, and no lights.
+    pub objects: Vec<Geometry>,
+    /// Where objects stand.
+    pub instances: Vec<Instance>,
     /// What a hit on a triangle asks for, gathered; a backend fills it when built.
     pub facets: OnceLock<Vec<Facet>>,
 }
@@ -152,18 +158,23 @@ impl Geometry {
         }
     }
 
+    /// A box around everything, instances too; `None` when there is nothing.
+    pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
+        let objects: Vec<_> = self.objects.iter().map(Self::bounds).collect();
+        let own = (0..self.prim_count() as u32).map(|p| self.prim_bounds(p));
+        let placed = self.instances.iter().filter_map(|i| {
+            let (lo, hi) = i.bounds(objects[i.object as usize]?);
+            Some((lo.as_vec3(), hi.as_vec3()))
+        });
+        own.chain(placed)
+            .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+    }
+
     /// Centre and radius of a sphere around everything; (0, tiny) when there is nothing.
     pub fn bounding_sphere(&self) -> (Vec3, f32) {
-        let mut lo = Vec3::splat(f32::INFINITY);
-        let mut hi = Vec3::splat(f32::NEG_INFINITY);
-        for p in 0..self.prim_count() as u32 {
-            let (a, b) = self.prim_bounds(p);
-            lo = lo.min(a);
-            hi = hi.max(b);
-        }
-        if lo.x > hi.x {
+        let Some((lo, hi)) = self.bounds() else {
             return (Vec3::ZERO, f32::MIN_POSITIVE);
-        }
+        };
         let c = 0.5 * (lo + hi);
         (c, ((hi - c).length() * (1.0 + 1e-5)).max(f32::MIN_POSITIVE))
     }

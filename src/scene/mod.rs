@@ -1,7 +1,9 @@
 //! What is there: geometry, materials, lights, camera and spectra as plain data.
 
 pub mod camera;
+pub mod flatten;
 pub mod geometry;
+pub mod instance;
 pub mod light;
 pub mod load;
 pub mod material;
@@ -11,6 +13,7 @@ pub mod texture;
 
 pub use camera::Camera;
 pub use geometry::{Facet, Geometry, NONE, Quadric, Shape};
+pub use instance::{Instance, PrimId};
 pub use light::Light;
 pub use load::{LoadOptions, SceneError, load_scene};
 pub use material::Material;
@@ -104,6 +107,17 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// The largest coordinate of anything that rays may begin or end at.
+    pub fn reach(&self) -> f64 {
+        let lamps = self.lights.iter().filter_map(|l| match l {
+            Light::Point { position, .. } | Light::Spot { position, .. } => Some(*position),
+            _ => None,
+        });
+        let corners = self.geometry.bounds().into_iter().flat_map(|b| [b.0, b.1]);
+        let all = corners.chain(lamps).chain([self.camera.position]);
+        all.fold(0.0, |far, p| far.max(p.abs().max_element() as f64))
+    }
+
     /// Centre and radius of a sphere around all geometry (radius at least the smallest normal float).
     pub fn bounding_sphere(&self) -> (glam::Vec3, f32) {
         self.geometry.bounding_sphere()

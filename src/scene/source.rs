@@ -13,6 +13,20 @@ pub struct Source {
     pub at: Location,
 }
 
+impl Source {
+    /// Of something that stands in no file.
+    pub fn unknown(label: &str) -> Self {
+        Self {
+            label: label.into(),
+            at: Location {
+                file: "".into(),
+                line: 0,
+                column: 0,
+            },
+        }
+    }
+}
+
 impl fmt::Display for Source {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} ({})", self.label, self.at)
@@ -26,6 +40,8 @@ pub struct Sources {
     pub materials: Vec<Source>,
     /// Parallel to `Geometry::shapes`.
     pub shapes: Vec<Source>,
+    /// Parallel to `Geometry::objects`: the object, and the shapes of its geometry.
+    pub objects: Vec<(Source, Vec<Source>)>,
     /// Parallel to `Scene::lights`.
     pub lights: Vec<Source>,
     /// The camera, if the file has one.

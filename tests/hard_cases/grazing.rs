@@ -9,6 +9,7 @@ use metrolux::accel::surface::surface_at;
 use metrolux::accel::{Obvhs, visible};
 use metrolux::path::{Kind, Palette, Path, Pool, Tally, Vertex, World};
 use metrolux::scatter::Mode;
+use metrolux::scene::PrimId;
 use metrolux::scene::spectrum::{Lanes, Spectrum};
 
 /// Tangent of half the field of view of 0.002 degrees.
@@ -131,7 +132,7 @@ fn connections_of_no_length_are_finite() {
     let mut pool = Pool::new(8);
     let vertex = |prim, b1, b2| {
         let s = surface_at(&scene.geometry, prim, b1, b2);
-        Vertex::from_surface(&scene, prim, &s, &palette)
+        Vertex::from_surface(&scene, PrimId::of(prim), &s, &palette)
     };
     // The floor's edge runs from corner 0 to corner 3, the wall's from 0 to 1.
     let eye = world.lens.sample_vertex(glam::Vec2::ZERO);

@@ -5,6 +5,7 @@ mod damage;
 mod errors;
 mod lights;
 mod materials;
+mod objects;
 mod peak;
 mod ply;
 mod public_scenes;

@@ -69,33 +69,6 @@ fn default_coordinates_survive_a_turn() {
 }
 
 #[test]
-fn instances_are_placed_one_by_one() {
-    let s = world(&format!(
-        "Translate 10 0 0\nObjectBegin \"o\"\nTranslate 1 0 0\n{TRIANGLE}\nShape \"sphere\"\nObjectEnd\n\
-         Identity\nObjectInstance \"o\"\nScale 1 1 -2\nTranslate 0 5 0\nObjectInstance \"o\""
-    ));
-    let g = &s.geometry;
-    assert_eq!(
-        (g.triangles.len(), g.quadrics.len()),
-        (g.triangles.len(), 1)
-    );
-    let p = |t: u32| g.corners(t)[0] + s.origin.as_vec3();
-    assert_eq!(p(0), Vec3::new(11.0, 0.0, 0.0));
-    assert_eq!(p(1), Vec3::new(11.0, 5.0, 0.0));
-    assert!(normal(g, 0).z > 0.0);
-    assert!(
-        normal(g, 1).z < 0.0,
-        "mirrored in z, the outside goes with the object"
-    );
-    // The second sphere is stretched and so tessellated.
-    assert!(g.triangles.len() > 1000);
-    let Quadric::Sphere { center, radius, .. } = g.quadrics[0] else {
-        panic!()
-    };
-    assert_eq!((center + s.origin.as_vec3(), radius), (Vec3::X * 11.0, 1.0));
-}
-
-#[test]
 fn quadrics_are_exact_where_they_can_be() {
     let count = |body: &str| {
         let g = world(body).geometry;

@@ -140,6 +140,25 @@ impl Parts {
         }
     }
 
+    /// Boxes of the instances, numbered behind the primitives.
+    pub fn add_instances(&mut self, geometry: &Geometry) {
+        let objects: Vec<_> = geometry.objects.iter().map(object_bounds).collect();
+        let count = geometry.prim_count() as u32;
+        for (i, instance) in geometry.instances.iter().enumerate() {
+            let Some(bounds) = objects[instance.object as usize] else {
+                continue;
+            };
+            // What is met in the object's space may lie that far off in the world; f32 then rounds each face.
+            let (lo, hi) = instance.bounds(bounds);
+            let pad = lo.abs().max(hi.abs()) * f64::from(f32::EPSILON) + instance.error as f64;
+            let (lo, hi) = ((lo - pad).as_vec3(), (hi + pad).as_vec3());
+            self.boxes.push(Aabb::new(Vec3A::from(lo), Vec3A::from(hi)));
+            self.prims.push(count + i as u32);
+            let far = lo.abs().max(hi.abs()).max_element();
+            self.reach = self.reach.max(far);
+        }
+    }
+
     /// A binary tree over the boxes, whose leaves hold one each.
     pub fn binary(&self, options: ObvhsOptions) -> Bvh2 {
         let p = options.preset.parameters();
@@ -154,6 +173,12 @@ impl Parts {
         ReinsertionOptimizer::default().run(&mut bvh, p.reinsertion_batch_ratio, None);
         bvh
     }
+}
+
+/// A box around an object's padded primitives; `None` for one without any.
+fn object_bounds(object: &Geometry) -> Option<(Vec3, Vec3)> {
+    let all = (0..object.prim_count() as u32).map(|p| padded_bounds(object, p));
+    all.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
 }
 
 /// Boxes of triangles, large ones cut by the crate's own rule.

@@ -5,35 +5,30 @@
 mod binary;
 mod build;
 mod leaf;
+mod level;
 mod node;
+mod place;
 mod wide;
 
 pub use build::{ObvhsOptions, Preset, Tree};
 
-use super::{Accel, Ray, quadric};
-use crate::scene::Geometry;
-use binary::Binary;
-use leaf::{Corners, Shear, Verdict};
+use super::{Accel, Ray};
+use crate::scene::{Geometry, PrimId};
+use build::Parts;
+use level::Level;
+use place::Place;
 use std::time::{Duration, Instant};
-use wide::Wide;
 
-/// A bounding-volume hierarchy over a geometry.
+/// A bounding-volume hierarchy over a geometry, and one over each of its objects.
 pub struct Obvhs<'a> {
     geometry: &'a Geometry,
-    tree: Hierarchy,
-    /// Corners of the primitives in the order of the leaves, which is the order they are read in.
-    corners: Vec<Corners>,
-    /// Their numbers.
-    prims: Vec<u32>,
-    /// Largest coordinate of anything.
-    reach: f32,
+    /// Its leaves hold primitives and, numbered behind them, instances.
+    world: Level<'a>,
+    objects: Vec<Level<'a>>,
+    /// Parallel to [`Geometry::instances`].
+    places: Vec<Place>,
     options: ObvhsOptions,
     build_time: Duration,
-}
-
-enum Hierarchy {
-    Wide(Wide),
-    Binary(Binary),
 }
 
 impl<'a> Obvhs<'a> {
@@ -46,29 +41,17 @@ impl<'a> Obvhs<'a> {
     pub fn with_options(geometry: &'a Geometry, options: ObvhsOptions) -> Self {
         super::surface::prepare(geometry);
         let start = Instant::now();
-        let parts = build::Parts::new(geometry, options.splits);
-        let reach = parts.reach;
-        let (tree, order) = match options.tree {
-            Tree::Wide => {
-                let (tree, order) = Wide::build(&parts, options);
-                (Hierarchy::Wide(tree), order)
-            }
-            Tree::Binary => {
-                let (tree, order) = Binary::build(&parts, options);
-                (Hierarchy::Binary(tree), order)
-            }
-        };
-        let prims: Vec<u32> = order.iter().map(|&i| parts.prims[i as usize]).collect();
-        let corners = |&prim: &u32| match geometry.quadric(prim) {
-            None => Corners::new(geometry.corners(prim)),
-            Some(_) => Corners::ASK,
-        };
+        let level = |part: &'a Geometry, parts: Parts| Level::build(part, &parts, options);
+        let objects = geometry.objects.iter();
+        let objects = objects.map(|o| level(o, Parts::new(o, options.splits)));
+        let objects = objects.collect();
+        let mut parts = Parts::new(geometry, options.splits);
+        parts.add_instances(geometry);
         Self {
             geometry,
-            tree,
-            corners: prims.iter().map(corners).collect(),
-            prims,
-            reach,
+            world: level(geometry, parts),
+            objects,
+            places: geometry.instances.iter().map(Place::new).collect(),
             options,
             build_time: start.elapsed(),
         }
@@ -79,40 +62,17 @@ impl<'a> Obvhs<'a> {
         self.build_time
     }
 
-    /// Number of leaf entries: primitives, or pieces of them.
+    /// Number of leaf entries: primitives, or pieces of them, and instances.
     pub fn entries(&self) -> usize {
-        self.prims.len()
+        let levels = std::iter::once(&self.world).chain(&self.objects);
+        levels.map(Level::entries).sum()
     }
 
-    /// Visits leaf entries, near ones first where `ORDERED`. `visit` gets the number of an entry and the far end so
-    /// far, and returns the new far end, or `None` to stop.
-    #[inline(always)]
-    fn walk<const ORDERED: bool>(&self, ray: &Ray, visit: impl FnMut(usize, f32) -> Option<f32>) {
-        match &self.tree {
-            Hierarchy::Wide(tree) => tree.walk::<ORDERED>(ray, self.reach, visit),
-            Hierarchy::Binary(tree) => tree.walk(ray, self.reach, visit),
-        }
-    }
-
-    /// Distance to the primitive of a leaf entry by the shared routines, if in 0 < t.
-    #[inline(always)]
-    fn distance(&self, shear: &Shear, ray: &Ray, entry: usize) -> Option<f32> {
-        let t = match shear.distance(&self.corners[entry]) {
-            Verdict::Miss => return None,
-            Verdict::Hit(t) => t,
-            Verdict::Ask => self.ask(shear, ray, entry)?,
-        };
-        (t > 0.0).then_some(t)
-    }
-
-    /// What four lanes of f32 do not decide: a ray on an edge, a quadric.
-    #[cold]
-    fn ask(&self, shear: &Shear, ray: &Ray, entry: usize) -> Option<f32> {
-        let prim = self.prims[entry];
-        match self.geometry.quadric(prim) {
-            None => Some(shear.sheared.intersect(&self.geometry.corners(prim))?.t),
-            Some(q) => quadric::intersect(q, ray),
-        }
+    /// The object that stands as an instance, and the ray in its space.
+    #[inline]
+    fn enter(&self, instance: u32, ray: &Ray) -> (&Level<'a>, Ray) {
+        let place = &self.places[instance as usize];
+        (&self.objects[place.object as usize], place.carry(ray))
     }
 }
 
@@ -122,36 +82,21 @@ impl Accel for Obvhs<'_> {
     }
 
     #[inline]
-    fn nearest(&self, ray: &Ray) -> Option<u32> {
-        let shear = Shear::new(ray);
-        let mut best = None;
-        self.walk::<true>(ray, |entry, far| {
-            let Some(t) = self.distance(&shear, ray, entry) else {
-                return Some(far);
-            };
-            // Of primitives at the very same distance the first in number is named, whatever the tree looks like.
-            let nearer = t < far
-                || (t == far && best.is_some_and(|b: usize| self.prims[entry] < self.prims[b]));
-            if !nearer {
-                return Some(far);
-            }
-            best = Some(entry);
-            Some(t)
-        });
-        best.map(|entry| self.prims[entry])
+    fn nearest(&self, ray: &Ray) -> Option<PrimId> {
+        self.world.nearest(ray, PrimId::of, |instance, ray| {
+            let (object, ray) = self.enter(instance, ray);
+            let id = |prim| PrimId::through(instance, prim);
+            // Objects hold no objects.
+            object.nearest_of(&ray, id, |_, _| None)
+        })
     }
 
     #[inline]
     fn occluded(&self, ray: &Ray) -> bool {
-        let shear = Shear::new(ray);
-        let mut hit = false;
-        self.walk::<false>(ray, |entry, far| {
-            hit = self
-                .distance(&shear, ray, entry)
-                .is_some_and(|t| t < ray.t_max);
-            (!hit).then_some(far)
-        });
-        hit
+        self.world.occluded(ray, |instance, ray| {
+            let (object, ray) = self.enter(instance, ray);
+            object.occluded(&ray, |_, _| false)
+        })
     }
 
     fn name(&self) -> String {
@@ -159,10 +104,8 @@ impl Accel for Obvhs<'_> {
     }
 
     fn memory_bytes(&self) -> usize {
-        let tree = match &self.tree {
-            Hierarchy::Wide(tree) => tree.memory_bytes(),
-            Hierarchy::Binary(tree) => tree.memory_bytes(),
-        };
-        tree + size_of_val(self.corners.as_slice()) + size_of_val(self.prims.as_slice())
+        let levels = std::iter::once(&self.world).chain(&self.objects);
+        let levels: usize = levels.map(Level::memory_bytes).sum();
+        levels + size_of_val(self.places.as_slice())
     }
 }

@@ -105,7 +105,7 @@ fn the_trees_of_obvhs_name_what_asking_every_primitive_names() {
             let mut best = (f32::INFINITY, None);
             for prim in 0..n as u32 {
                 match sheared.intersect(&g.corners(prim)) {
-                    Some(h) if h.t > 0.0 && h.t < best.0 => best = (h.t, Some(prim)),
+                    Some(h) if h.t > 0.0 && h.t < best.0 => best = (h.t, Some(PrimId::of(prim))),
                     _ => {}
                 }
             }
@@ -128,7 +128,7 @@ fn presets_and_splits_of_obvhs_agree() {
     }
     let plain = Obvhs::new(&g);
     let rays: Vec<Ray> = (0..5000).map(|_| random_ray(&mut rng)).collect();
-    let named: Vec<Option<u32>> = rays.iter().map(|r| plain.nearest(r)).collect();
+    let named: Vec<Option<PrimId>> = rays.iter().map(|r| plain.nearest(r)).collect();
     for tree in [Tree::Wide, Tree::Binary] {
         for preset in Preset::ALL {
             for splits in [false, true] {

@@ -8,11 +8,11 @@ use super::*;
 /// A backend that changes what another answers.
 struct Liar<'a, F>(&'a Obvhs<'a>, F);
 
-impl<F: Fn(&Ray, Option<u32>) -> Option<u32> + Sync> Accel for Liar<'_, F> {
+impl<F: Fn(&Ray, Option<PrimId>) -> Option<PrimId> + Sync> Accel for Liar<'_, F> {
     fn geometry(&self) -> &Geometry {
         self.0.geometry()
     }
-    fn nearest(&self, ray: &Ray) -> Option<u32> {
+    fn nearest(&self, ray: &Ray) -> Option<PrimId> {
         self.1(ray, self.0.nearest(ray))
     }
     fn occluded(&self, ray: &Ray) -> bool {
@@ -59,7 +59,7 @@ fn a_primitive_that_is_passed_over_is_missed() {
     let g = soup(&mut rng, 300);
     let honest = Obvhs::new(&g);
     let rays = rays(&mut rng, 20_000);
-    let hidden = |p: &Option<u32>| p.is_some_and(|p| p % 10 == 0);
+    let hidden = |p: &Option<PrimId>| p.is_some_and(|p| p.prim() % 10 == 0);
     let expected = rays.iter().filter(|r| hidden(&honest.nearest(r))).count() as u64;
     let blind = Liar(&honest, |_: &Ray, p| if hidden(&p) { None } else { p });
     let checked = Checked::new(&honest, blind);
@@ -94,7 +94,9 @@ fn a_primitive_that_is_not_there_is_a_false_hit() {
     let mut rng = Rng(36);
     let g = soup(&mut rng, 50);
     let honest = Obvhs::new(&g);
-    let liar = Liar(&honest, |_: &Ray, p: Option<u32>| p.or(Some(7)));
+    let liar = Liar(&honest, |_: &Ray, p: Option<PrimId>| {
+        p.or(Some(PrimId::of(7)))
+    });
     let checked = Checked::new(liar, &honest);
     ask(&checked, &rays(&mut rng, 5000));
     let found = checked.disagreement();
@@ -113,7 +115,9 @@ fn faces_that_coincide_tie_and_the_farther_of_two_is_wrong() {
     let twice = g.triangles.iter().flat_map(|t| [*t, *t]).collect();
     g = geometry(g.positions[..300].to_vec(), twice, vec![]);
     let honest = Obvhs::new(&g);
-    let other = Liar(&honest, |_: &Ray, p: Option<u32>| p.map(|p| p ^ 1));
+    let other = Liar(&honest, |_: &Ray, p: Option<PrimId>| {
+        p.map(|p| PrimId::of(p.prim() ^ 1))
+    });
     let checked = Checked::new(&honest, other);
     ask(&checked, &rays(&mut rng, 2000));
     let found = checked.disagreement();
@@ -133,14 +137,19 @@ fn faces_that_coincide_tie_and_the_farther_of_two_is_wrong() {
     let ray = to_infinity(Vec3::new(0.2, 0.2, 2.0), Vec3::NEG_Z);
     let (second, fault) = (true, Fault::Missed);
     assert_eq!(
-        judge_nearest(&g, &ray, [Some(1), Some(0)]),
+        judge_nearest(&g, &ray, [Some(PrimId::of(1)), Some(PrimId::of(0))]),
         Class::Wrong { second, fault }
     );
-    assert!(matches!(meeting(&g, 0, &ray), Meeting::Inside(r) if (r.t - 2.0).abs() < 1e-9));
+    assert!(
+        matches!(meeting(&g, PrimId::of(0), &ray), Meeting::Inside(r) if (r.t - 2.0).abs() < 1e-9)
+    );
     let outside = to_infinity(Vec3::new(0.8, 0.8, 2.0), Vec3::NEG_Z);
-    assert_eq!(meeting(&g, 0, &outside), Meeting::Outside);
+    assert_eq!(meeting(&g, PrimId::of(0), &outside), Meeting::Outside);
     let at_the_end = Ray { t_max: 1.5, ..ray };
-    assert!(matches!(meeting(&g, 1, &at_the_end), Meeting::End(_)));
+    assert!(matches!(
+        meeting(&g, PrimId::of(1), &at_the_end),
+        Meeting::End(_)
+    ));
 }
 
 #[test]

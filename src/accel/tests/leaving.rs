@@ -179,9 +179,9 @@ fn the_error_bound_holds_against_f64() {
             continue;
         };
         let s = surface(&g, &hit, &ray);
-        let off = match g.quadric(hit.prim) {
+        let off = match g.quadric(hit.prim.prim()) {
             None => {
-                let [p0, p1, p2] = g.corners(hit.prim).map(|p| p.as_dvec3());
+                let [p0, p1, p2] = g.corners(hit.prim.prim()).map(|p| p.as_dvec3());
                 let (b1, b2) = (hit.b1 as f64, hit.b2 as f64);
                 tested[0] += 1;
                 s.p.as_dvec3() - (p0 * (1.0 - b1 - b2) + p1 * b1 + p2 * b2)
@@ -194,7 +194,7 @@ fn the_error_bound_holds_against_f64() {
         assert!(off.abs().max_element() <= s.error as f64, "{off} {s:?}");
         // The bound is of use: a few roundings of coordinates and edges below 2, not more.
         let needle = s.error > 1e-4;
-        assert!(!needle || g.quadric(hit.prim).is_none(), "{s:?}");
+        assert!(!needle || g.quadric(hit.prim.prim()).is_none(), "{s:?}");
         // The point lies on the ray within the bound and the roundings of the recomputation over the cosine.
         let on_ray = ray.o.as_dvec3() + ray.d.as_dvec3() * hit.t as f64;
         let cos = s.ng.dot(ray.d).abs() as f64;

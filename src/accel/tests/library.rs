@@ -8,7 +8,7 @@ use super::*;
 fn hash(a: &impl Accel, rays: &[Ray]) -> u64 {
     let mut h = 0xcbf2_9ce4_8422_2325u64;
     for ray in rays {
-        let word = a.nearest(ray).unwrap_or(u32::MAX) as u64 | (a.occluded(ray) as u64) << 32;
+        let word = a.nearest(ray).map_or(0xffff_ffff, PrimId::raw) | (a.occluded(ray) as u64) << 32;
         h = (h ^ word).wrapping_mul(0x0100_0000_01b3);
     }
     h
@@ -138,9 +138,9 @@ fn the_bare_loop_gives_the_sum_of_the_answers() {
         .iter()
         .zip(&kinds)
         .map(|(r, k)| match k {
-            0 => a.nearest(r).unwrap_or(u32::MAX) as u64,
+            0 => a.nearest(r).unwrap_or(PrimId::NONE).raw(),
             _ => a.occluded(r) as u64,
         })
-        .sum();
+        .fold(0, u64::wrapping_add);
     assert_eq!(a.replay(&rays, &kinds, false), expected);
 }

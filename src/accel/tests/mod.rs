@@ -2,12 +2,13 @@
 
 mod agreement;
 mod checking;
+mod instances;
 mod leaving;
 mod library;
 
 use super::testing::Rng;
 use super::{Embree, EmbreeOptions, Ray};
-use crate::scene::Geometry;
+use crate::scene::{Geometry, PrimId};
 use glam::Vec3;
 
 fn embree(geometry: &Geometry) -> Embree<'_> {

@@ -20,8 +20,11 @@ impl Loader {
         let film = self.film()?;
         let (mut camera, eye, exposure) = self.camera(&film)?;
         let settings = self.render_settings(&film, exposure)?;
-        let world = std::mem::take(&mut self.world);
-        let origin = origin(&world);
+        let mut world = std::mem::take(&mut self.world);
+        let objects = std::mem::take(&mut self.objects).settle(&mut world)?;
+        let all = bounds(&world).into_iter().chain(objects.bounds());
+        let all = all.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+        let origin = all.map_or(DVec3::ZERO, corner_of);
         camera.position = (eye - origin).as_vec3();
         if !camera.position.is_finite() {
             return Err(SceneError::value(
@@ -30,7 +33,16 @@ impl Loader {
             ));
         }
         let mut sources = std::mem::take(&mut self.sources);
-        let (geometry, mut lights, dropped) = geometry(world, origin, &mut sources, whole)?;
+        let (mut geometry, mut lights, dropped) = geometry(world, origin, &mut sources, whole)?;
+        // How far from the stored origin rays begin and end.
+        let lamps = self.lights.iter().filter_map(|l| l.position);
+        let far = lamps
+            .chain([eye])
+            .chain(all.into_iter().flat_map(|b| [b.0, b.1]));
+        let reach = far.map(|p| (p - origin).abs().max_element());
+        let reach = reach.fold(0.0, f64::max);
+        let dropped =
+            dropped + objects.finish(&mut geometry, &mut sources, origin, reach, whole)?;
         if dropped > 0 {
             self.warn(
                 whole,
@@ -71,10 +83,8 @@ impl Loader {
     }
 }
 
-/// The point of the world that is stored as 0: the centre of the scene rounded to a multiple of a power of two of at
-/// least twice the scene's size. Scenes that hold or touch the origin stay where they are, and what is taken off is
-/// exact in binary.
-fn origin(world: &World) -> DVec3 {
+/// A box around everything; `None` around nothing.
+pub(super) fn bounds(world: &World) -> Option<(DVec3, DVec3)> {
     let mut lo = DVec3::INFINITY;
     let mut hi = DVec3::NEG_INFINITY;
     for p in world.triangles.iter().flatten() {
@@ -85,6 +95,12 @@ fn origin(world: &World) -> DVec3 {
         let (c, r) = q.bounds();
         (lo, hi) = (lo.min(c - r), hi.max(c + r));
     }
+    (lo.x <= hi.x).then_some((lo, hi))
+}
+
+/// The point that is stored as 0: the centre of what lies in the box, rounded to a multiple of a power of two of at least
+/// twice its size. What holds or touches the origin stays where it is, and what is taken off is exact in binary.
+pub(super) fn corner_of((lo, hi): (DVec3, DVec3)) -> DVec3 {
     let size = (hi - lo).max_element();
     if !(size.is_finite() && size > 0.0) {
         return DVec3::ZERO;
@@ -99,7 +115,9 @@ fn origin(world: &World) -> DVec3 {
     }
 }
 
-fn geometry(
+/// What was placed, in f32, without degenerate triangles; the lights of its emissive primitives, and how many triangles
+/// were left out.
+pub(super) fn geometry(
     world: World,
     origin: DVec3,
     sources: &mut Sources,

@@ -1,6 +1,6 @@
 //! A stable 64-bit hash of everything that can change the image.
 
-use crate::scene::geometry::Quadric;
+use crate::scene::geometry::{Geometry, Quadric};
 use crate::scene::light::Light;
 use crate::scene::material::{ConductorFresnel, Material, Roughness};
 use crate::scene::spectrum::{Curve, Sigmoid};
@@ -244,6 +244,29 @@ impl Hash {
         }
     }
 
+    fn part(&mut self, g: &Geometry) {
+        for p in &g.positions {
+            self.floats(&p.to_array());
+        }
+        for n in &g.normals {
+            self.floats(&n.to_array());
+        }
+        for uv in &g.uvs {
+            self.floats(&uv.to_array());
+        }
+        for t in &g.triangles {
+            t.iter().for_each(|i| self.u32(*i));
+        }
+        g.quadrics.iter().for_each(|q| self.quadric(q));
+        for list in [&g.prim_shape, &g.prim_light] {
+            list.iter().for_each(|i| self.u32(*i));
+        }
+        for s in &g.shapes {
+            self.u32(s.material);
+            self.u32(u32::from(s.has_normals) | u32::from(s.has_uvs) << 1);
+        }
+    }
+
     fn quadric(&mut self, q: &Quadric) {
         match q {
             Quadric::Sphere {
@@ -277,25 +300,12 @@ impl Hash {
 pub(super) fn scene_hash(scene: &Scene) -> u64 {
     let mut h = Hash::new();
     let g = &scene.geometry;
-    for p in &g.positions {
-        h.floats(&p.to_array());
-    }
-    for n in &g.normals {
-        h.floats(&n.to_array());
-    }
-    for uv in &g.uvs {
-        h.floats(&uv.to_array());
-    }
-    for t in &g.triangles {
-        t.iter().for_each(|i| h.u32(*i));
-    }
-    g.quadrics.iter().for_each(|q| h.quadric(q));
-    for list in [&g.prim_shape, &g.prim_light] {
-        list.iter().for_each(|i| h.u32(*i));
-    }
-    for s in &g.shapes {
-        h.u32(s.material);
-        h.u32(u32::from(s.has_normals) | u32::from(s.has_uvs) << 1);
+    h.part(g);
+    g.objects.iter().for_each(|o| h.part(o));
+    for i in &g.instances {
+        h.u32(i.object);
+        h.floats(&i.linear.to_cols_array());
+        h.floats(&i.translation.to_array());
     }
     scene.materials.iter().for_each(|m| h.material(m));
     for i in &scene.images {

@@ -10,6 +10,7 @@ mod light;
 mod lookup;
 mod material;
 mod mesh;
+mod objects;
 mod octahedral;
 mod params;
 mod place;
@@ -28,7 +29,9 @@ mod view;
 mod world;
 
 pub use error::{Fault, Location, SceneError};
+pub(in crate::scene) use quadric::quadric_mesh;
 pub use setting::Setting;
+pub(in crate::scene) use transform::uniform_scale;
 
 use super::Scene;
 use std::path::Path;

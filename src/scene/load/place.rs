@@ -12,13 +12,13 @@ use std::sync::Arc;
 
 /// A triangle mesh in object space.
 #[derive(Debug, Default)]
-pub(super) struct Mesh {
-    pub(super) positions: Vec<DVec3>,
+pub(in crate::scene) struct Mesh {
+    pub(in crate::scene) positions: Vec<DVec3>,
     /// Parallel to `positions`, or empty.
-    pub(super) normals: Vec<DVec3>,
+    pub(in crate::scene) normals: Vec<DVec3>,
     /// Parallel to `positions`, or empty.
-    pub(super) uvs: Vec<Vec2>,
-    pub(super) triangles: Vec<[u32; 3]>,
+    pub(in crate::scene) uvs: Vec<Vec2>,
+    pub(in crate::scene) triangles: Vec<[u32; 3]>,
     /// The pbrt shape each triangle is a part of (a patch or quadric that was tessellated); empty: each its own.
     pub(super) parts: Vec<u32>,
 }

@@ -186,6 +186,54 @@ impl Disk {
     }
 }
 
+/// A stored quadric as a fine mesh with its outside outside.
+pub(in crate::scene) fn quadric_mesh(q: &Quadric) -> Mesh {
+    let (mut mesh, to_world, center, turn) = match *q {
+        Quadric::Sphere {
+            center,
+            radius,
+            to_object,
+            inward,
+        } => {
+            let radius = radius as f64;
+            let whole = Sphere {
+                radius,
+                z_min: -radius,
+                z_max: radius,
+                phi_max: 2.0 * PI,
+            };
+            (whole.tessellate(), to_object.transpose(), center, inward)
+        }
+        Quadric::Disk {
+            center,
+            normal,
+            tangent,
+            radius,
+        } => {
+            let whole = Disk {
+                height: 0.0,
+                radius: radius as f64,
+                inner: 0.0,
+                phi_max: 2.0 * PI,
+            };
+            let axes = glam::Mat3::from_cols(tangent, normal.cross(tangent), normal);
+            (whole.tessellate(), axes, center, false)
+        }
+    };
+    let to_world = to_world.as_dmat3();
+    for p in &mut mesh.positions {
+        *p = center.as_dvec3() + to_world * *p;
+    }
+    for n in &mut mesh.normals {
+        *n = to_world * *n * if turn { -1.0 } else { 1.0 };
+    }
+    // A rotation that mirrors turns the winding, too.
+    if turn != (to_world.determinant() < 0.0) {
+        mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    }
+    mesh
+}
+
 /// A mesh over the unit square, cut so that u × v points to the outside; all of one pbrt shape.
 fn grid(f: impl Fn(f64, f64) -> (DVec3, Option<DVec3>)) -> Mesh {
     let mut mesh = Mesh::default();

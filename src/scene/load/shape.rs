@@ -55,7 +55,7 @@ impl Loader {
                 label: p.owner.as_str().into(),
             };
             match &mut self.object {
-                Some((_, shapes)) => shapes.push(s),
+                Some(object) => object.shapes.push(s),
                 None => self.world.place(&s, None)?,
             }
         }

@@ -5,8 +5,9 @@ use super::error::{Fault, Location, Result, SceneError};
 use super::image::Images;
 use super::light::{AreaLight, PendingLight};
 use super::material::MaterialRef;
+use super::objects::{Definition, Objects};
 use super::params::{Param, Params};
-use super::place::{Placeable, World};
+use super::place::World;
 use super::setting::Settings;
 use super::spectra::Emitted;
 use super::transform::singular;
@@ -93,8 +94,8 @@ pub(super) struct Loader {
     pub(super) library: Library,
     pub(super) world: World,
     pub(super) lights: Vec<PendingLight>,
-    pub(super) objects: HashMap<String, Vec<Placeable>>,
-    pub(super) object: Option<(String, Vec<Placeable>)>,
+    pub(super) objects: Objects,
+    pub(super) object: Option<Definition>,
     pub(super) sources: Sources,
     /// Files being read, outermost first.
     pub(super) open_files: Vec<PathBuf>,
@@ -132,7 +133,7 @@ impl Loader {
             },
             world: World::default(),
             lights: Vec::new(),
-            objects: HashMap::new(),
+            objects: Objects::default(),
             object: None,
             sources: Sources::default(),
             open_files: Vec::new(),

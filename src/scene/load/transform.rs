@@ -57,7 +57,7 @@ pub(super) fn normal_matrix(m: &DMat4) -> DMat3 {
 /// The factor, if the linear part is a rotation or reflection times one factor.
 ///
 /// Scene files write rotations with 6 to 7 digits, so 10⁻⁵ is what "the same length" can mean.
-pub(super) fn uniform_scale(m: &DMat4) -> Option<f64> {
+pub(in crate::scene) fn uniform_scale(m: &DMat4) -> Option<f64> {
     let [x, y, z] = [m.x_axis, m.y_axis, m.z_axis].map(|c| c.truncate());
     let s = (x.length() + y.length() + z.length()) / 3.0;
     let same = |v: f64| (v - s).abs() <= 1e-5 * s;

@@ -2,6 +2,7 @@
 
 use super::error::{Location, Result, SceneError};
 use super::material::MaterialRef;
+use super::objects::Definition;
 use super::params::{Params, Type};
 use super::state::{ATTRIBUTE_TARGETS, Library, Loader, Pending, source};
 use super::token::Tokenizer;
@@ -87,11 +88,11 @@ impl Loader {
             }
             "ObjectBegin" => self.object_begin(t, at)?,
             "ObjectEnd" => {
-                let Some((name, shapes)) = self.object.take() else {
+                let Some(object) = self.object.take() else {
                     return Err(SceneError::syntax(at, "ObjectEnd without ObjectBegin"));
                 };
                 self.pop("ObjectBegin", word, at)?;
-                self.objects.insert(name, shapes);
+                self.objects.define(object);
             }
             "ObjectInstance" => self.object_instance(t, at)?,
             _ => self.skip(word, t, at)?,
@@ -206,13 +207,17 @@ impl Loader {
         if self.object.is_some() {
             return Err(SceneError::syntax(at, "ObjectBegin inside an object"));
         }
-        if self.objects.contains_key(&name) {
+        if self.objects.knows(&name) {
             return Err(
                 SceneError::value(at, "an object of this name exists").found(format!("\"{name}\""))
             );
         }
         self.push("ObjectBegin", at);
-        self.object = Some((name, Vec::new()));
+        self.object = Some(Definition {
+            name,
+            at: at.clone(),
+            shapes: Vec::new(),
+        });
         Ok(())
     }
 
@@ -221,15 +226,12 @@ impl Loader {
         if self.object.is_some() {
             return Err(SceneError::syntax(at, "ObjectInstance inside an object"));
         }
-        let Some(shapes) = self.objects.get(&name) else {
+        if !self.objects.knows(&name) {
             return Err(SceneError::value(&t.at(), "unknown object")
                 .found(format!("\"{name}\""))
                 .expected("a name given to ObjectBegin above"));
-        };
-        for s in shapes {
-            self.world.place(s, Some(&self.gs.ctm))?;
         }
-        Ok(())
+        self.objects.place(&name, &self.gs.ctm, at)
     }
 }
 
