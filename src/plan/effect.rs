@@ -85,7 +85,7 @@ impl Effect {
             }
             Self::Normals => "the geometric normal is the shading normal",
             Self::Alpha => "Embree has no filter callback",
-            Self::Instances => "every object stands in world space, in one level",
+            Self::Instances => "Embree has one level, in world space",
             Self::Indirect => "no Markov chain: the direct pass is the whole image",
         }
     }

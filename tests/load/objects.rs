@@ -133,21 +133,21 @@ fn nothing_is_instanced_that_cannot_be_seen() {
 #[test]
 fn far_away() {
     let camera = |m: &str| format!("{m} Camera \"perspective\" WorldBegin ");
-    let body = |inside: &str, outside: &str| {
-        let back = "Translate 0.5 0.25 1 Rotate 40 1 2 3";
+    let body = |inside: &str, before: &str, after: &str| {
+        let turn = "Translate 0.5 0.25 1 Rotate 40 1 2 3";
         format!(
             "AttributeBegin ObjectBegin \"o\" {inside} Scale 0.25 0.25 0.25\n{TRIANGLE}\nObjectEnd AttributeEnd\n\
-             AttributeBegin {back} {outside} ObjectInstance \"o\" AttributeEnd\n\
-             {outside} ObjectInstance \"o\" ObjectInstance \"o\""
+             AttributeBegin {before} {turn} {after} ObjectInstance \"o\" AttributeEnd\n\
+             {before} {after} ObjectInstance \"o\" ObjectInstance \"o\""
         )
     };
     let (to, fro) = (
         "Translate 131072 -262144 65536 ",
         "Translate -131072 262144 -65536 ",
     );
-    let near = load(&(camera("") + &body("", ""))).unwrap();
-    let there = load(&(camera(fro) + to + &body("", ""))).unwrap();
-    let inside = load(&(camera("") + &body(to, fro))).unwrap();
+    let near = load(&(camera("") + &body("", "", ""))).unwrap();
+    let there = load(&(camera(fro) + &body("", to, ""))).unwrap();
+    let inside = load(&(camera("") + &body(to, "", fro))).unwrap();
     assert_eq!(there.origin, DVec3::new(131072.0, -262144.0, 65536.0));
     for other in [there, inside] {
         let (a, b) = (&near.geometry, &other.geometry);
