@@ -194,8 +194,8 @@ impl Watcher for Keep<'_> {
 
     fn between(&mut self, run: &mut dyn Standing, develop: Develop, finished: bool) -> bool {
         let stop = self.signals.stop().filter(|_| !finished);
-        let show = self.signals.shows() > self.shown;
-        self.shown = self.signals.shows();
+        let shows = self.signals.shows();
+        let show = shows > std::mem::replace(&mut self.shown, shows);
         let due = self.last.elapsed() >= self.args.every;
         let whole = finished && self.last.elapsed() >= self.trifle;
         if let Some(file) = &self.args.checkpoint

@@ -1,7 +1,6 @@
 //! `metrolux render`.
 
-use super::engine::is_png;
-use super::engine::{self, Prepared, Rendered};
+use super::engine::{self, Prepared, Rendered, is_png};
 use super::keep::{Ended, Keep};
 use super::preview::Preview;
 use super::render_args::RenderArgs;
