@@ -3,6 +3,7 @@
 use assert_cmd::Command;
 use metrolux::accel::record::{self, Kind};
 use metrolux::accel::{Accel, Embree, EmbreeOptions};
+use metrolux::scene::load::{LoadOptions, load_scene};
 use std::path::Path;
 
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell/cornell.pbrt");
@@ -225,6 +226,143 @@ fn a_checked_render_is_the_same_picture_and_counts_its_rays() {
     );
 }
 
+/// Six places of an object of triangles, a ball and a disk, and a floor.
+const CROWD: &str = r#"
+Film "rgb" "integer xresolution" 16 "integer yresolution" 16
+Integrator "path" "integer maxdepth" 3
+LookAt 0.4 -3.6 1.5  0 0 0.6  0 0 1
+Camera "perspective" "float fov" 38
+WorldBegin
+LightSource "infinite" "rgb L" [ 1 1 1 ]
+LightSource "point" "rgb I" [ 3 3 3 ] "point3 from" [ 0 -1 3 ]
+Material "diffuse"
+Shape "trianglemesh" "point3 P" [ -2 -2 0  2 -2 0  2 2 0  -2 2 0 ] "integer indices" [ 0 1 2 0 2 3 ]
+ObjectBegin "toy"
+Shape "loopsubdiv" "integer levels" 3 "point3 P" [ 0.3 0 0  -0.3 0 0  0 0.3 0  0 -0.3 0  0 0 0.3  0 0 -0.3 ]
+    "integer indices" [ 0 2 4  2 1 4  1 3 4  3 0 4  2 0 5  1 2 5  3 1 5  0 3 5 ]
+Shape "disk" "float radius" 0.4
+Translate 0.4 0 0.1
+Shape "sphere" "float radius" 0.15
+ObjectEnd
+Translate -1 0 0.4 ObjectInstance "toy"
+Translate 1 0 0 Rotate 30 1 0 1 ObjectInstance "toy"
+Translate 1 0 0 Scale 1 -1 1 ObjectInstance "toy"
+Translate -2 1 0 Scale 1 1.5 0.7 ObjectInstance "toy"
+Translate 1 0 0 ObjectInstance "toy"
+Translate 1 0.2 0.3 Rotate 70 2 1 3 ObjectInstance "toy"
+"#;
+
+/// Rays of a scene with instances are recorded, checked and timed, with what they are asked of.
+#[test]
+fn rays_through_instances_are_recorded_checked_and_timed() {
+    let folder = tempfile::tempdir().expect("a folder for temporary files");
+    std::fs::write(folder.path().join("crowd.pbrt"), CROWD).expect("written");
+    let run = |args: &[&str]| {
+        let mut command = Command::cargo_bin("metrolux").expect("built with the tests");
+        let out = command.args(args).current_dir(folder.path()).output();
+        let out = out.expect("the program starts");
+        assert!(out.status.success(), "{args:?}: {out:?}");
+        String::from_utf8_lossy(&out.stdout).into_owned()
+    };
+    let render = [
+        "render",
+        "crowd.pbrt",
+        "-q",
+        "--force",
+        "instances",
+        "--spp",
+        "8",
+        "-o",
+        "a.exr",
+    ];
+    run(&[&render[..], &["--record-rays", "a.rays"]].concat());
+    let file = std::fs::File::open(folder.path().join("a.rays")).expect("rays were asked for");
+    let (geometry, rays) = record::read(std::io::BufReader::new(file)).expect("own format");
+    let sizes = (
+        geometry.objects.len(),
+        geometry.instances.len(),
+        geometry.prim_count(),
+    );
+    assert_eq!(sizes, (1, 6, 2));
+    assert!(rays.len() > 5_000, "{}", rays.len());
+    // The file's geometry gives the answers of the scene.
+    let scene = load_scene(&folder.path().join("crowd.pbrt"), &LoadOptions::default());
+    let scene = scene.unwrap_or_else(|e| panic!("{e}"));
+    let build = |g| Embree::new(g, EmbreeOptions::default()).expect("builds");
+    let mut through = 0;
+    let (own, original) = (build(&geometry), build(&scene.geometry));
+    for (ray, kind) in &rays {
+        if *kind == Kind::Closest {
+            let id = own.nearest(ray);
+            assert_eq!(id, original.nearest(ray));
+            through += id.is_some_and(|id| id.instance().is_some()) as u32;
+        }
+    }
+    assert!(through > 500, "{through}");
+
+    for what in ["a.rays", "crowd.pbrt"] {
+        let found = run(&["check-rays", what, "--count", "20000", "--json"]);
+        let found: serde_json::Value = serde_json::from_str(&found).expect("JSON");
+        let zero = serde_json::json!([0, 0]);
+        assert_eq!(
+            (&found["missed"], &found["false_hits"]),
+            (&zero, &zero),
+            "{found}"
+        );
+    }
+
+    let few = [
+        "--flatten",
+        "--contenders",
+        "embree-high,obvhs-cwbvh-medium,obvhs-bvh2-fast",
+    ];
+    let quick = [
+        "--turns",
+        "2",
+        "--least",
+        "0.1",
+        "--count",
+        "4096",
+        "--threads",
+        "1",
+        "--json",
+    ];
+    let save = ["bench-accel", "crowd.pbrt", "--quiet", "--save-rays", "."];
+    let report: serde_json::Value =
+        serde_json::from_str(&run(&[&save[..], &few, &quick].concat())).expect("JSON");
+    let speeds = report["speeds"].as_array().expect("rows");
+    let keys: Vec<&str> = speeds[..6]
+        .iter()
+        .filter_map(|r| r["contender"].as_str())
+        .collect();
+    let names = ["embree-high", "obvhs-cwbvh-medium", "obvhs-bvh2-fast"];
+    let both = names.map(|n| [n.to_owned(), format!("{n}-flat")]);
+    assert_eq!(keys, both.as_flattened());
+    for rows in speeds.chunks(6) {
+        // A silhouette may be met within the roundings by some and not by others.
+        let hits = |r: &serde_json::Value| r["hits"].as_f64().expect("a number");
+        for row in rows {
+            assert!(
+                (hits(row) - hits(&rows[0])).abs() <= 2.0,
+                "{row} {}",
+                rows[0]
+            );
+        }
+    }
+    let bytes = |i: usize| report["builds"][i]["bytes"].as_u64().expect("a number");
+    assert!(bytes(0) < bytes(1) && bytes(2) < bytes(3), "{report}");
+    run(&[
+        "bench-accel",
+        "--quiet",
+        "--rays",
+        "crowd-bounce-closest.rays",
+        "--turns",
+        "1",
+        "--least",
+        "0.1",
+    ]);
+}
+
 #[test]
 fn bench_accel_says_what_it_cannot_read() {
     let folder = tempfile::tempdir().expect("a folder for temporary files");
@@ -313,6 +451,85 @@ fn ten_million_triangles_load_build_and_render_within_8_gib() {
         assert!(number("triangles") >= 1e7);
         assert!(
             number("peak_memory_bytes") <= 8.0 * 2f64.powi(30),
+            "{stats:#}"
+        );
+    }
+}
+
+/// A million places of an object of a thousand triangles: a thousand million triangles through the whole program.
+#[test]
+#[ignore = "minutes; make test-long"]
+fn a_million_instances_load_build_and_render() {
+    use std::fmt::Write;
+    let folder = tempfile::tempdir().expect("a folder");
+    let g = metrolux::study::bench_accel::terrain::terrain(1000);
+    let mut scene = String::from(
+        r#"
+        LookAt 500 -300 400  500 500 0  0 0 1
+        Camera "perspective" "float fov" [45]
+        Film "rgb" "integer xresolution" [320] "integer yresolution" [240]
+        Integrator "path" "integer maxdepth" [4]
+        WorldBegin
+        LightSource "infinite" "rgb L" [0.4 0.45 0.6]
+        LightSource "distant" "point3 from" [1 -1 1] "point3 to" [0 0 0] "rgb L" [2 2 1.8]
+        Material "diffuse" "rgb reflectance" [0.5 0.4 0.3]
+        ObjectBegin "hill"
+        Shape "trianglemesh" "point3 P" [
+        "#,
+    );
+    for p in &g.positions[..g.positions.len() - 1] {
+        let _ = write!(scene, "{} {} {} ", p.x, p.y, p.z);
+    }
+    scene += "] \"integer indices\" [";
+    for [a, b, c] in &g.triangles {
+        let _ = write!(scene, "{a} {b} {c} ");
+    }
+    scene += "]\nObjectEnd\n";
+    for i in 0..1_000_000 {
+        let (x, y) = (i % 1000, i / 1000);
+        // Turned by quarters and raised a little, each.
+        let turn = 90 * (i * 7 % 4);
+        let _ = writeln!(
+            scene,
+            "AttributeBegin Translate {x} {y} {} Rotate {turn} 0 0 1 ObjectInstance \"hill\" AttributeEnd",
+            (i * 31 % 17) as f64 / 10.0
+        );
+    }
+    std::fs::write(folder.path().join("hills.pbrt"), scene).expect("written");
+    for accel in ["embree", "obvhs"] {
+        let out = Command::cargo_bin("metrolux")
+            .expect("built with the tests")
+            .args([
+                "render",
+                "hills.pbrt",
+                "--integrator",
+                "mlt",
+                "--mutations",
+                "10",
+            ])
+            .args(["--accel", accel, "-o", "hills.png", "--stats", "stats.json"])
+            .current_dir(folder.path())
+            .output()
+            .expect("the program starts");
+        assert!(out.status.success(), "{out:?}");
+        let stats = std::fs::read(folder.path().join("stats.json")).expect("written");
+        let stats: serde_json::Value = serde_json::from_slice(&stats).expect("JSON");
+        let number = |v: &serde_json::Value| v.as_f64().expect("a number");
+        let instancing = &stats["instancing"];
+        println!(
+            "{accel}: {} instances, {} primitives flattened, load {:.1} s, build {:.1} s, render {:.1} s, acceleration {:.0} \
+             MB, peak {:.2} GiB",
+            instancing["instances"],
+            instancing["primitives_flattened"],
+            number(&stats["load_seconds"]),
+            number(&stats["build_seconds"]),
+            number(&stats["wall_seconds"]),
+            number(&stats["accel_bytes"]) * 1e-6,
+            number(&stats["peak_memory_bytes"]) / 2f64.powi(30)
+        );
+        assert!(number(&instancing["primitives_flattened"]) >= 1e9);
+        assert!(
+            number(&stats["peak_memory_bytes"]) <= 4.0 * 2f64.powi(30),
             "{stats:#}"
         );
     }

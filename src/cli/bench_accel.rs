@@ -6,6 +6,7 @@ use crate::accel::record::{self, Kind};
 use crate::accel::{Embree, EmbreeOptions, Ray};
 use crate::output::{ImageError, check_writable, write_atomic};
 use crate::scene::Geometry;
+use crate::scene::flatten::flatten;
 use crate::scene::load::{LoadOptions, load_scene};
 use crate::study::bench_accel::contender::Contender;
 use crate::study::bench_accel::machine::Machine;
@@ -65,6 +66,9 @@ pub struct BenchAccelArgs {
     /// Build this contender once, print the bytes it takes at most, and do nothing else
     #[arg(long, value_name = "KEY", hide = true)]
     pub peak: Option<String>,
+    /// Also time every contender over the scene with its object instances put into the world, as KEY-flat
+    #[arg(long)]
+    pub flatten: bool,
     /// Treat unsupported directives as warnings
     #[arg(long)]
     pub lenient: bool,
@@ -97,6 +101,8 @@ fn contenders(list: &str) -> Result<std::sync::Arc<Vec<Contender>>, String> {
 struct Work {
     name: String,
     geometry: Geometry,
+    /// Without instances, if that is wanted and there are any.
+    flat: Option<Geometry>,
     sets: Vec<RaySet>,
 }
 
@@ -150,10 +156,10 @@ pub fn run(args: &BenchAccelArgs, out: &mut dyn Write) -> Result<ExitCode, CliEr
         if let Some(folder) = &args.save_rays {
             save(&work, folder)?;
         }
-        let peak = |c: &Contender, threads| measured_peak(args, &input, c, threads);
+        let peak = |c: &Contender, threads, flat| measured_peak(args, &input, c, (threads, flat));
         bench(
             &work.name,
-            &work.geometry,
+            (&work.geometry, work.flat.as_ref()),
             &work.sets,
             &plan,
             &mut report,
@@ -186,7 +192,7 @@ fn measured_peak(
     args: &BenchAccelArgs,
     input: &Input,
     contender: &Contender,
-    threads: usize,
+    (threads, flat): (usize, bool),
 ) -> Option<u64> {
     let mut command = std::process::Command::new(std::env::current_exe().ok()?);
     command
@@ -194,7 +200,8 @@ fn measured_peak(
         .env("MALLOC_TRIM_THRESHOLD_", "0")
         .args(["bench-accel", "--quiet", "--peak", &contender.key()])
         .args(["--threads", &threads.to_string()])
-        .args(args.lenient.then_some("--lenient"));
+        .args(args.lenient.then_some("--lenient"))
+        .args(flat.then_some("--flatten"));
     match input {
         Input::Scene(path) => command.arg(path),
         Input::Rays(path) => command.arg("--rays").arg(path),
@@ -244,6 +251,14 @@ fn inputs(args: &BenchAccelArgs) -> impl Iterator<Item = Input<'_>> {
     scenes.chain(rays).chain(terrains)
 }
 
+/// Options of loading.
+fn with(lenient: bool) -> LoadOptions {
+    LoadOptions {
+        lenient,
+        ..LoadOptions::default()
+    }
+}
+
 impl Input<'_> {
     fn name(&self) -> String {
         match self {
@@ -257,14 +272,11 @@ impl Input<'_> {
         let lenient = args.lenient;
         Ok(match self {
             Self::Scene(path) => {
-                load_scene(
-                    path,
-                    &LoadOptions {
-                        lenient,
-                        ..LoadOptions::default()
-                    },
-                )?
-                .geometry
+                let mut scene = load_scene(path, &with(lenient))?;
+                if args.flatten {
+                    flatten(&mut scene, |_| true);
+                }
+                scene.geometry
             }
             Self::Rays(path) => read_rays(path)?.0,
             Self::Terrain(n) => terrain::terrain(*n as usize),
@@ -273,16 +285,16 @@ impl Input<'_> {
 
     fn read(&self, args: &BenchAccelArgs) -> Result<Work, CliError> {
         let count = args.count as usize;
+        let mut flat = None;
         let (geometry, sets) = match self {
             Self::Scene(path) => {
                 let lenient = args.lenient;
-                let scene = load_scene(
-                    path,
-                    &LoadOptions {
-                        lenient,
-                        ..LoadOptions::default()
-                    },
-                )?;
+                let scene = load_scene(path, &with(lenient))?;
+                if args.flatten && !scene.geometry.instances.is_empty() {
+                    let mut copies = scene.clone();
+                    flatten(&mut copies, |_| true);
+                    flat = Some(copies.geometry);
+                }
                 let sets = {
                     let embree = Embree::new(&scene.geometry, EmbreeOptions::default())?;
                     of_scene(&scene, &embree, count)
@@ -302,6 +314,7 @@ impl Input<'_> {
         Ok(Work {
             name,
             geometry,
+            flat,
             sets,
         })
     }

@@ -10,6 +10,7 @@ mod common;
 mod aperture;
 mod boxes;
 mod chains;
+mod instances;
 mod lights;
 mod materials;
 mod variants;

@@ -9,7 +9,7 @@ use metrolux::path::World;
 pub const CAMERA: &str =
     "LookAt 0.4 -2.6 1.5  0 0 0.4  0 0 1\nCamera \"perspective\" \"float fov\" 38";
 
-const ROOM: &str = r#"
+pub const ROOM: &str = r#"
 Material "diffuse" "rgb reflectance" [ 0.7 0.6 0.4 ]
 Shape "trianglemesh" "point3 P" [ -2 -2 0  2 -2 0  2 2 0  -2 2 0 ] "integer indices" [ 0 1 2 0 2 3 ]
 AttributeBegin

@@ -15,7 +15,7 @@ use std::path::Path;
 use std::time::Duration;
 
 /// Every kind of vertex: triangles with and without normals and texture coordinates, spheres, a disk, area, point, spot and
-/// distant lights and a sky, a mixture, coats, metal, glass, and a lens with an area.
+/// distant lights and a sky, a mixture, coats, metal, glass, a lens with an area, and an object in two places.
 pub const ROOM: &str = r#"
 Film "rgb" "integer xresolution" 13 "integer yresolution" 11
 PixelFilter "gaussian" "float xradius" 1.5 "float yradius" 1.5 "float sigma" 0.6
@@ -60,6 +60,21 @@ AttributeBegin
   AreaLightSource "diffuse" "rgb L" [ 2 3 4 ]
   Shape "sphere" "float radius" 0.06
 AttributeEnd
+ObjectBegin "toy"
+  Material "diffuse" "texture reflectance" "checks"
+  Shape "trianglemesh" "point3 P" [ 0 0 0  0.1 0 0  0 0.1 0  0 0 0.1 ] "integer indices" [ 0 2 1 0 1 3 0 3 2 1 2 3 ]
+    "normal N" [ -1 -1 -1  1 0 0.1  0 1 0  0.1 0 1 ]
+  NamedMaterial "metal"
+  Translate 0.05 0.15 0.05
+  Shape "sphere" "float radius" 0.05
+  Shape "disk" "float radius" 0.08
+ObjectEnd
+Translate 0.2 0.02 0.2
+ObjectInstance "toy"
+Translate 0.4 0.1 0.5
+Rotate 50 1 2 1
+Scale 1 -2 1
+ObjectInstance "toy"
 "#;
 
 /// What is run.

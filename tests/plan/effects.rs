@@ -23,7 +23,7 @@ const NOTHING: Part = Part {
 };
 
 /// Parts that call for something, and parts that only look as if they did.
-const PARTS: [Part; 11] = [
+const PARTS: [Part; 12] = [
     Part {
         world: r#"Material "diffuse" "rgb reflectance" [ 0.2 0.5 0.1 ]
             Shape "sphere""#,
@@ -85,7 +85,21 @@ const PARTS: [Part; 11] = [
             NamedMaterial "both" Shape "sphere""#,
         ..NOTHING
     },
+    Part {
+        world: r#"ObjectBegin "ball" Shape "sphere" ObjectEnd
+            ObjectInstance "ball" Translate 0 0 1 ObjectInstance "ball""#,
+        calls_for: &[Effect::Instances],
+        ..NOTHING
+    },
 ];
+
+/// As if no object were small enough to be put into the world.
+fn options() -> Options {
+    Options {
+        flat: Some(0),
+        ..Options::default()
+    }
+}
 
 fn text(parts: &[&Part], depth: u32) -> String {
     let join = |f: fn(&Part) -> &'static str| -> String {
@@ -125,7 +139,7 @@ fn found(plan: &Plan) -> BTreeSet<&'static str> {
     on.map(|f| f.effect.name()).collect()
 }
 
-/// All 2048 sets of parts: an effect is on if and only if one of its causes is there.
+/// All 4096 sets of parts: an effect is on if and only if one of its causes is there.
 #[test]
 fn effects_are_the_union_of_what_the_parts_call_for() {
     for set in 0..1u32 << PARTS.len() {
@@ -135,7 +149,7 @@ fn effects_are_the_union_of_what_the_parts_call_for() {
             .collect();
         let depth = [8, 3, 2, 1][set as usize % 4];
         let scene = scene(&text(&parts, depth));
-        let plan = Plan::new(&scene, &Options::default());
+        let plan = Plan::new(&scene, &options());
         assert_eq!(
             found(&plan),
             expected(&parts, depth),
@@ -144,11 +158,7 @@ fn effects_are_the_union_of_what_the_parts_call_for() {
         );
         assert_eq!(plan.lanes, if plan.on(Effect::Colour) { 4 } else { 1 });
         assert_eq!(plan.grey.is_none(), plan.on(Effect::Colour));
-        assert_eq!(
-            plan,
-            Plan::new(&scene, &Options::default()),
-            "the same again"
-        );
+        assert_eq!(plan, Plan::new(&scene, &options()), "the same again");
     }
 }
 
@@ -157,14 +167,14 @@ fn effects_are_the_union_of_what_the_parts_call_for() {
 fn removing_the_last_cause_turns_an_effect_off() {
     let all: Vec<&Part> = PARTS.iter().collect();
     let whole = scene(&text(&all, 8));
-    let before = found(&Plan::new(&whole, &Options::default()));
-    // Nothing in a scene calls for alpha and instances: the loader settles both.
-    assert_eq!(before.len(), Effect::ALL.len() - 2);
+    let before = found(&Plan::new(&whole, &options()));
+    // Nothing in a scene calls for alpha: the loader settles it.
+    assert_eq!(before.len(), Effect::ALL.len() - 1);
     for effect in Effect::ALL {
         let dependent: &[Effect] = match effect {
             // How colour and the perturbations are simulated is no matter of the scene.
             Effect::Colour | Effect::Caustic | Effect::MultiChain => continue,
-            Effect::Alpha | Effect::Instances => continue,
+            Effect::Alpha => continue,
             Effect::Specular => &GLASS,
             Effect::Indirect => &[Effect::Indirect, Effect::Caustic, Effect::MultiChain],
             _ => &[effect],
@@ -175,7 +185,7 @@ fn removing_the_last_cause_turns_an_effect_off() {
         dependent
             .iter()
             .for_each(|e| assert!(left.remove(e.name())));
-        let after = found(&Plan::new(&without, &Options::default()));
+        let after = found(&Plan::new(&without, &options()));
         assert_eq!(after, left, "without {effect}");
     }
 }
@@ -188,12 +198,11 @@ fn forcing_and_leaving_out_are_told_and_done() {
         let mut s = scene(&full);
         let without = Options {
             without: vec![effect],
-            ..Options::default()
+            ..options()
         };
         let plan = Plan::make(&mut s, &without);
-        let told = matches!(effect, Effect::Alpha | Effect::Instances);
         let verdict = plan.finding(effect).verdict;
-        if told {
+        if effect == Effect::Alpha {
             assert_eq!(verdict, Verdict::NotCalledFor);
             continue;
         }
@@ -201,7 +210,7 @@ fn forcing_and_leaving_out_are_told_and_done() {
         assert!(!plan.finding(effect).causes.is_empty());
         assert_eq!(plan.wrongs().len(), 1);
         // The others are as they would be in a scene without it.
-        let again = Plan::new(&s, &Options::default());
+        let again = Plan::new(&s, &options());
         assert!(again.findings.iter().all(|f| f.effect == effect || {
             let now = plan.finding(f.effect).verdict.on();
             now == f.verdict.on()
@@ -209,7 +218,7 @@ fn forcing_and_leaving_out_are_told_and_done() {
         let mut s = scene(&bare);
         let force = Options {
             force: vec![effect],
-            ..Options::default()
+            ..options()
         };
         let plan = Plan::make(&mut s, &force);
         assert_eq!(plan.finding(effect).verdict, Verdict::Forced, "{effect}");

@@ -82,7 +82,7 @@ fn a_forced_effect_leaves_the_image_as_it_is() {
     let reference = quarters(&planned, &plan, 5000..5024);
     let mut pairs = Vec::new();
     for effect in Effect::ALL {
-        if matches!(effect, Effect::Alpha | Effect::Instances | Effect::Indirect) {
+        if matches!(effect, Effect::Alpha | Effect::Indirect) {
             continue;
         }
         let mut forced = scene(ROOM);

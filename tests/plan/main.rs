@@ -3,6 +3,7 @@
 mod decide;
 mod effects;
 mod images;
+mod objects;
 mod reach;
 mod scenes;
 

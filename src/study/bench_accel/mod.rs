@@ -42,37 +42,46 @@ pub enum BenchError {
     Threads(#[from] rayon::ThreadPoolBuildError),
 }
 
-/// Builds every contender over a geometry and times it on every set. `say` gets a line on what is done now; `peak` tells
-/// the memory a build takes in a process of its own, where nothing was freed before that it could take again.
+/// Builds every contender over a geometry, and over the same without instances if that is given, and times it on every
+/// set. `say` gets a line on what is done now; `peak` tells the memory a build takes in a process of its own, where
+/// nothing was freed before that it could take again (the flag: without instances).
 ///
 /// # Errors
 /// A backend that refuses, threads that cannot be started.
 pub fn bench(
     name: &str,
-    geometry: &Geometry,
+    (geometry, flat): (&Geometry, Option<&Geometry>),
     sets: &[RaySet],
     plan: &Plan,
     report: &mut Report,
     say: &dyn Fn(String),
-    peak: &dyn Fn(&Contender, usize) -> Option<u64>,
+    peak: &dyn Fn(&Contender, usize, bool) -> Option<u64>,
 ) -> Result<(), BenchError> {
-    crate::accel::surface::prepare(geometry);
+    let geometries = [(geometry, ""), (flat.unwrap_or(geometry), "-flat")];
+    let geometries = &geometries[..if flat.is_some() { 2 } else { 1 }];
+    for (g, _) in geometries {
+        crate::accel::surface::prepare(g);
+    }
     let pools: Vec<rayon::ThreadPool> = plan
         .threads
         .iter()
         .map(|n| rayon::ThreadPoolBuilder::new().num_threads(*n).build())
         .collect::<Result<_, _>>()?;
-    let mut built = Vec::with_capacity(plan.contenders.len());
-    for contender in &plan.contenders {
-        say(format!("{name}: building {}", contender.key()));
+    let (mut keys, mut built) = (Vec::new(), Vec::new());
+    let each = plan.contenders.iter();
+    for (contender, (g, suffix)) in each.flat_map(|c| geometries.iter().map(move |g| (c, g))) {
+        let key = contender.key() + suffix;
+        say(format!("{name}: building {key}"));
         for (pool, threads) in pools.iter().zip(&plan.threads) {
-            let (mut row, last) = builds(name, contender, geometry, pool, *threads)?;
-            row.peak_bytes = peak(contender, *threads);
+            let (mut row, last) = builds(name, contender, g, pool, *threads)?;
+            row.contender = key.clone();
+            row.peak_bytes = peak(contender, *threads, !suffix.is_empty());
             report.builds.push(row);
             if *threads == *plan.threads.last().expect("at least one") {
                 built.push(last);
             }
         }
+        keys.push(key);
     }
     for set in sets {
         let mut alone = Vec::new();
@@ -89,7 +98,7 @@ pub fn bench(
                 report.speeds.push(SpeedRow {
                     scene: name.to_owned(),
                     set: set.title(),
-                    contender: plan.contenders[i].key(),
+                    contender: keys[i].clone(),
                     threads: *threads,
                     rays: set.rays.len(),
                     hits: speed.hits,
@@ -117,14 +126,15 @@ fn builds<'a>(
         let seconds = built.build_time().as_secs_f64();
         times.push(seconds);
         if times.len() >= BUILDS || seconds > LONG {
+            let primitives = geometry.parts().map(Geometry::prim_count).sum::<usize>();
             let row = BuildRow {
                 scene: name.to_owned(),
                 contender: contender.key(),
                 threads,
-                primitives: geometry.prim_count(),
+                primitives,
                 seconds: Spread::of(times),
                 bytes: built.bytes(),
-                bytes_per_primitive: built.bytes() as f64 / geometry.prim_count().max(1) as f64,
+                bytes_per_primitive: built.bytes() as f64 / primitives.max(1) as f64,
                 peak_bytes: None,
             };
             return Ok((row, built));
