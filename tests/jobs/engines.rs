@@ -213,6 +213,7 @@ fn what_a_job_cannot_be_is_told() {
     refused(&["--", "--target-error=0.1"], "cannot be used with");
     refused(&["--", "--checkpoint=a"], "--checkpoint");
     refused(&["--", "--spp=3"], "--spp is for");
+    refused(&["--", "--progress=plain"], "--progress");
     refused(&["-o", "sub/a.exr"], "without a path");
     refused(&["-o", "a.jpg"], ".exr or .png");
     refused(&["--shards=0"], "from 1 to");

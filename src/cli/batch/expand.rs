@@ -2,11 +2,11 @@
 
 use super::entry::{Choice, Entry, Item, Span, read};
 use super::text::{Text, Wrong};
+use super::unique::Seen;
 use super::values::fill;
 use crate::cli::CliError;
 use crate::cli::render_args::{self, RenderArgs};
 use crate::scene::load::Setting;
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 /// A job.
@@ -24,7 +24,7 @@ pub struct Job {
 }
 
 /// Options whose values are files, relative to the folder of the file of jobs.
-const FILES: [&str; 2] = ["output", "stats"];
+pub const FILES: [&str; 2] = ["output", "stats"];
 
 /// Reads a file of jobs; names of files in it start at `base`.
 ///
@@ -200,44 +200,6 @@ fn blamed(entry: &Entry, e: &clap::Error) -> Span {
         Some(Some(item)) => item.span.clone(),
         _ => o.span.clone(),
     })
-}
-
-/// Names and files that are taken.
-#[derive(Default)]
-struct Seen {
-    names: HashMap<String, Span>,
-    files: HashMap<PathBuf, String>,
-}
-
-impl Seen {
-    fn add(&mut self, text: &Text, entry: &Entry, job: &Job) -> Result<(), Wrong> {
-        let name = entry.name.as_ref().map_or(&entry.span, |n| &n.span);
-        if let Some(first) = self.names.insert(job.name.clone(), name.clone()) {
-            let e = text.wrong(name, format!("two jobs are called “{}”", job.name));
-            let e = e.found(format!("the first at {}", text.at(first.start)));
-            return Err(
-                e.expected("a name with what tells them apart, such as ${frame} or ${folder}")
-            );
-        }
-        for file in job.args.output.iter().chain(&job.args.stats) {
-            if let Some(other) = self.files.insert(file.clone(), job.name.clone()) {
-                let choice = entry
-                    .options
-                    .iter()
-                    .find(|o| FILES.contains(&o.key.as_str()));
-                let span = choice.map_or(&entry.span, |o| &o.span);
-                let e = text.wrong(
-                    span,
-                    format!("“{}” would write a file that is another's", job.name),
-                );
-                let found = format!("{}, which “{other}” writes", file.display());
-                return Err(e
-                    .found(found)
-                    .expected("a name with ${name} or ${frame} in it"));
-            }
-        }
-        Ok(())
-    }
 }
 
 #[cfg(test)]

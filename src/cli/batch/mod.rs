@@ -9,6 +9,7 @@ mod sheet;
 mod store;
 mod table;
 mod text;
+mod unique;
 mod values;
 mod work;
 

@@ -5,6 +5,7 @@ use crate::cli::CliError;
 use crate::cli::identity::machine;
 use crate::output::{ImageError, write_unsynced};
 use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -113,6 +114,8 @@ pub struct Store {
     folder: PathBuf,
     /// Files below this are kept by their path from there, so that all of it may be moved.
     base: PathBuf,
+    /// Checkpoints that were there at first, by what stands before their key.
+    cut: HashMap<PathBuf, Vec<PathBuf>>,
 }
 
 impl Store {
@@ -129,9 +132,19 @@ impl Store {
 
     /// A folder that may not be there.
     pub fn at(folder: &Path, base: &Path) -> Self {
+        let mut cut: HashMap<PathBuf, Vec<PathBuf>> = HashMap::new();
+        let files = fs::read_dir(folder.join("jobs")).into_iter().flatten();
+        for run in files.flatten().map(|f| f.path()) {
+            if run.extension().is_some_and(|e| e == "run") {
+                // NAME.KEY.run
+                let name = run.with_extension("").with_extension("");
+                cut.entry(name).or_default().push(run);
+            }
+        }
         Self {
             folder: folder.into(),
             base: base.into(),
+            cut,
         }
     }
 
@@ -188,25 +201,10 @@ impl Store {
         self.of_job(&job.name, &ending)
     }
 
-    /// Checkpoints of a job, whatever its settings were.
-    pub fn checkpoints(&self, name: &str) -> Vec<PathBuf> {
-        let start = self.of_job(name, ".");
-        let start = start
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
-        let folder = fs::read_dir(self.folder.join("jobs"));
-        let files = folder.into_iter().flatten().flatten().map(|f| f.path());
-        files
-            .filter(|p| {
-                let name = p.file_name().unwrap_or_default().to_string_lossy();
-                let rest = name
-                    .strip_prefix(&start)
-                    .and_then(|r| r.strip_suffix(".run"));
-                rest.is_some_and(|r| r.len() == 8 && r.chars().all(|c| c.is_ascii_hexdigit()))
-            })
-            .collect()
+    /// Checkpoints of a job that were there at first, whatever its settings were.
+    pub fn checkpoints(&self, name: &str) -> &[PathBuf] {
+        let found = self.cut.get(&self.of_job(name, ""));
+        found.map_or(&[], Vec::as_slice)
     }
 }
 
@@ -256,5 +254,24 @@ mod tests {
             store.of_job("turn.0001", ".json"),
             Path::new("x/jobs/turn.0001.json")
         );
+    }
+
+    #[test]
+    fn checkpoints_are_found_by_their_job() {
+        let dir = tempfile::tempdir().expect("a folder");
+        let jobs = dir.path().join("jobs");
+        fs::create_dir(&jobs).expect("made");
+        for name in [
+            "a.00000001.run",
+            "a.00000002.run",
+            "a.b.00000003.run",
+            "a.json",
+            ".a.00000001.run.part",
+        ] {
+            fs::write(jobs.join(name), "").expect("written");
+        }
+        let store = Store::at(dir.path(), dir.path());
+        let count = |name: &str| store.checkpoints(name).len();
+        assert_eq!(["a", "a.b", "b"].map(count), [2, 1, 0]);
     }
 }

@@ -267,7 +267,7 @@ fn attempt(
         picture: thumbnail(&rendered.image, args.exposure.exp2()),
     };
     store.write(&done)?;
-    for old in store.checkpoints(&job.name) {
+    for old in store.checkpoints(&job.name).iter().chain([&file]) {
         // One that stays does no harm.
         let _ = std::fs::remove_file(old);
     }

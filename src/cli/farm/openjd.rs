@@ -18,6 +18,10 @@ pub fn template(farm: &Farm) -> Result<String, CliError> {
             "cannot write {text:?} into a template: Open Job Description reads {{{{ as the beginning of an expression"
         )));
     }
+    if farm.options.iter().any(|o| o.starts_with("--progress")) {
+        let text = "cannot take after -- --progress: the template asks for the engine's";
+        return Err(CliError::Usage(text.into()));
+    }
     let [metrolux, scene, dir, name] =
         [&farm.metrolux, &farm.scene, &farm.dir, &farm.name].map(|t| quoted(t));
     let list = |all: &[String]| -> String {
@@ -82,6 +86,7 @@ steps:
             - "-opart.{{{{Task.Param.K}}}}"
             - "--checkpoint=part.{{{{Task.Param.K}}}}.run"
             - "--resume"
+            - "--progress=openjd"
 {threads}{options}  - name: Merge
     dependencies:
       - dependsOn: Part
@@ -96,6 +101,7 @@ steps:
             - "{{{{Param.Folder}}}}"
             - "{{{{Param.Metrolux}}}}"
             - merge
+            - "--progress=openjd"
 {files}{merge}"#,
         run = quoted(RUN),
     ))
