@@ -36,7 +36,7 @@ pub(super) fn save<const N: usize>(
         let v = pool.get(link.slot);
         let kind = match v.kind {
             Kind::Surface => {
-                let (instance, part, prim) = geometry.resolve(v.prim);
+                let (instance, part, prim) = geometry.resolve(v.prim());
                 let flat = (prim as usize) < part.triangles.len();
                 match (instance, flat) {
                     (None, true) => TRIANGLE,
@@ -51,10 +51,10 @@ pub(super) fn save<const N: usize>(
         };
         w.u8(kind + KINDS * link.mode as u8)?;
         if v.kind == Kind::Surface {
-            if let Some(instance) = v.prim.instance() {
+            if let Some(instance) = v.prim().instance() {
                 w.u32(instance)?;
             }
-            w.u32(v.prim.prim())?;
+            w.u32(v.prim().prim())?;
             w.f32(v.at.x)?;
             w.f32(v.at.y)?;
         }

@@ -5,6 +5,7 @@ use super::palette::{Palette, emission};
 use crate::accel::surface::{facets, uv_again};
 use crate::accel::{Surface, dpdu};
 use crate::scatter::{Bsdf, Frame, shade};
+use crate::scene::instance::MOST_INSTANCES;
 use crate::scene::spectrum::{Lanes, Spectrum};
 use crate::scene::{NONE, PrimId, Scene};
 use glam::{Vec2, Vec3};
@@ -40,8 +41,11 @@ pub struct Vertex<const N: usize> {
     pub light: u32,
     /// Material index, or [`NONE`].
     pub material: u32,
-    /// Primitive of a surface point, or [`PrimId::NONE`].
-    pub prim: PrimId,
+    /// Primitive of a surface point, in the world or in an object, or [`NONE`].
+    prim: u32,
+    /// 0, or 1 more than the number of the instance that a surface point is on. Three bytes, which stand where there
+    /// were none.
+    place: [u8; 3],
     /// [`Surface::at`] of a surface point: with the primitive, all that need be kept of it.
     pub at: Vec2,
     /// Unit shading normal.
@@ -66,7 +70,8 @@ impl<const N: usize> Vertex<N> {
             unforeshortened: matches!(kind, Kind::Point | Kind::Infinite) as u8 as f32,
             light,
             material: NONE,
-            prim: PrimId::NONE,
+            prim: NONE,
+            place: [0; 3],
             at: Vec2::ZERO,
             ns: Vec3::ZERO,
             tangent: Vec3::ZERO,
@@ -92,17 +97,21 @@ impl<const N: usize> Vertex<N> {
         palette: &Palette<N>,
     ) {
         let geometry = &scene.geometry;
+        self.kind = Kind::Surface;
+        self.place = [0; 3];
         let (material, light) = match facets(geometry).get(prim.index()) {
             Some(f) => (geometry.shapes[f.shape as usize].material, f.light),
-            None => geometry.finish(prim),
+            None => {
+                self.place = place(prim);
+                geometry.finish(prim)
+            }
         };
         self.p = s.p;
         self.error = s.error;
         self.ng = s.ng;
-        self.kind = Kind::Surface;
         self.unforeshortened = 0.0;
         self.light = light;
-        self.prim = prim;
+        self.prim = prim.prim();
         self.at = s.at;
         self.ns = s.ns;
         self.emission = palette.emission(scene, light);
@@ -123,7 +132,7 @@ impl<const N: usize> Vertex<N> {
         }
         let mut v = *self;
         if self.kind == Kind::Surface {
-            let uv = uv_again(&scene.geometry, self.prim, self.at);
+            let uv = uv_again(&scene.geometry, self.prim(), self.at);
             v.bsdf = shade(scene, self.material, uv, lanes);
         }
         if self.light != NONE {
@@ -148,6 +157,16 @@ impl<const N: usize> Vertex<N> {
             return far_or_near(d);
         }
         (d * d2.sqrt().recip(), 1.0 / d2 as f64)
+    }
+
+    /// Primitive of a surface point, else [`PrimId::NONE`].
+    #[inline]
+    pub fn prim(&self) -> PrimId {
+        match self.place {
+            [0, 0, 0] if self.kind != Kind::Surface => PrimId::NONE,
+            [0, 0, 0] => PrimId::of(self.prim),
+            [a, b, c] => PrimId::through(u32::from_le_bytes([a, b, c, 0]) - 1, self.prim),
+        }
     }
 
     /// The normal that visibility rays leave along; 0 off surfaces.
@@ -184,6 +203,15 @@ impl<const N: usize> Vertex<N> {
             z: self.ns,
         }
     }
+}
+
+/// [`Vertex::place`] of a primitive.
+#[cold]
+fn place(prim: PrimId) -> [u8; 3] {
+    let number = prim.instance().map_or(0, |i| i + 1);
+    debug_assert!(number <= MOST_INSTANCES);
+    let [a, b, c, _] = number.to_le_bytes();
+    [a, b, c]
 }
 
 /// As [`Vertex::towards`], where f32 does not hold the square of the distance.

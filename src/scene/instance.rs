@@ -8,6 +8,9 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PrimId(u64);
 
+/// Most instances of a scene: their numbers fit three bytes of a path's vertex.
+pub const MOST_INSTANCES: u32 = (1 << 24) - 1;
+
 impl PrimId {
     /// No primitive.
     pub const NONE: Self = Self(u64::MAX);

@@ -6,6 +6,7 @@ use super::finish::{bounds, corner_of, geometry};
 use super::place::{Placeable, World};
 use super::state::source;
 use crate::scene::geometry::Geometry;
+use crate::scene::instance::MOST_INSTANCES;
 use crate::scene::{Instance, Source, Sources};
 use glam::{DAffine3, DMat4, DVec3};
 use std::collections::HashMap;
@@ -61,6 +62,10 @@ impl Objects {
             .any(overflows)
         {
             return Err(SceneError::value(at, "the transform overflows"));
+        }
+        if self.places.len() >= MOST_INSTANCES as usize {
+            return Err(SceneError::value(at, "too many instances")
+                .expected(format!("at most {MOST_INSTANCES}")));
         }
         self.places.push((number, DAffine3::from_mat4(*ctm)));
         Ok(())
