@@ -47,10 +47,9 @@ fn crowd_and_copies(effort: Effort) {
     assert_eq!(scene.geometry.instances.len(), 8);
     let mut copies = scene.clone();
     flatten(&mut copies, |_| true);
-    assert_eq!(
-        copies.geometry.prim_count() as u64,
-        scene.geometry.flat_count()
-    );
+    // Disks of an anisotropic metal that are mirrored become meshes, so there are more primitives than there were.
+    assert!(copies.geometry.instances.is_empty());
+    assert!(copies.geometry.prim_count() as u64 > scene.geometry.flat_count());
     let flat = embree(&copies);
     let (a, b) = (embree(&scene), Obvhs::new(&scene.geometry));
     let alone = Work {
