@@ -11,6 +11,7 @@ mod error;
 mod farm;
 mod identity;
 mod inspect;
+mod instancing;
 mod job;
 mod keep;
 mod lab;

@@ -4,6 +4,7 @@ use super::CliError;
 use super::decide::Decisions;
 use super::engine::Told;
 use super::identity::Identity;
+use super::instancing::Instancing;
 use super::job::Job;
 use crate::accel::Disagreement;
 use crate::chain::Shares;
@@ -12,8 +13,8 @@ use crate::integrator::MltResult;
 use crate::mutation::Strategy;
 use crate::output::{Metadata, Window};
 use crate::path::{Site, Tally};
+use crate::scene::Scene;
 use crate::scene::spectrum::Target;
-use crate::scene::{Geometry, Scene};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -61,24 +62,6 @@ pub struct Report {
     faults: BTreeMap<&'static str, u64>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     fault_sites: Vec<Site>,
-}
-
-/// Objects that stand in several places.
-#[derive(Clone, Debug, Serialize)]
-struct Instancing {
-    objects: usize,
-    instances: usize,
-    primitives_flattened: u64,
-}
-
-impl Instancing {
-    fn of(g: &Geometry) -> Option<Self> {
-        (!g.instances.is_empty()).then(|| Self {
-            objects: g.objects.len(),
-            instances: g.instances.len(),
-            primitives_flattened: g.flat_count(),
-        })
-    }
 }
 
 /// The image's error; `relative` is null where it cannot be told.
