@@ -271,7 +271,7 @@ fn rays_through_instances_are_recorded_checked_and_timed() {
         "--force",
         "instances",
         "--spp",
-        "16",
+        "32",
         "-o",
         "a.exr",
     ];
