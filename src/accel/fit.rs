@@ -1,5 +1,6 @@
 //! What a backend may take for granted about geometry, and the boxes it may build with.
 
+use crate::scene::instance::MOST_INSTANCES;
 use crate::scene::{Geometry, Quadric};
 use glam::{DVec3, Vec3};
 
@@ -13,16 +14,19 @@ pub(super) fn validate(geometry: &Geometry) -> Result<(), String> {
         }
     }
     // Primitives and instances are numbered together in 32 bits.
-    if geometry.prim_count() + geometry.instances.len() >= u32::MAX as usize {
-        return Err(format!("{} instances", geometry.instances.len()));
+    let instances = geometry.instances.len();
+    let numbers = geometry.prim_count() + instances;
+    if numbers >= u32::MAX as usize || instances > MOST_INSTANCES as usize {
+        return Err(format!("{instances} instances"));
     }
+    let boxes: Vec<_> = geometry.objects.iter().map(Geometry::bounds).collect();
     for (i, instance) in geometry.instances.iter().enumerate() {
-        let Some(object) = geometry.objects.get(instance.object as usize) else {
+        let Some(bounds) = boxes.get(instance.object as usize) else {
             return Err(format!("instance {i} is of object {}", instance.object));
         };
         let whole = instance.linear.is_finite() && instance.translation.is_finite();
         let (_, det) = instance.cofactors();
-        let inside = object.bounds().is_none_or(|b| {
+        let inside = bounds.is_none_or(|b| {
             let (lo, hi) = instance.bounds(b);
             sane(lo.as_vec3()) && sane(hi.as_vec3())
         });

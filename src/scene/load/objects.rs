@@ -73,28 +73,33 @@ impl Objects {
 
     /// Puts into the world what stands there once, and what f32 could not carry rays to; leaves the rest.
     pub(super) fn settle(self, world: &mut World) -> Result<Instanced> {
-        let mut uses = vec![0usize; self.definitions.len()];
-        for (number, _) in &self.places {
+        let Self {
+            definitions,
+            mut places,
+            ..
+        } = self;
+        let mut uses = vec![0usize; definitions.len()];
+        for (number, _) in &places {
             uses[*number as usize] += 1;
         }
-        let mut places = Vec::new();
-        for (number, to_world) in self.places {
-            let object = &self.definitions[number as usize];
-            if uses[number as usize] > 1 && Instance::carries(&to_world.matrix3) {
-                places.push((number, to_world));
-                continue;
+        let mut placed = Ok(());
+        places.retain(|(number, to_world)| {
+            let number = *number as usize;
+            let stays = uses[number] > 1 && Instance::carries(&to_world.matrix3);
+            if !stays && placed.is_ok() {
+                let mut shapes = definitions[number].shapes.iter();
+                placed = shapes.try_for_each(|s| world.place(s, Some(&(*to_world).into())));
             }
-            for s in &object.shapes {
-                world.place(s, Some(&to_world.into()))?;
-            }
-        }
+            stays
+        });
+        placed?;
         // Objects that stand nowhere any more are left out.
-        let mut numbers = vec![None; self.definitions.len()];
+        let mut numbers = vec![None; definitions.len()];
         for (number, _) in &places {
             numbers[*number as usize] = Some(0);
         }
         let mut parts = Vec::new();
-        for (number, object) in numbers.iter_mut().zip(self.definitions) {
+        for (number, object) in numbers.iter_mut().zip(definitions) {
             if number.is_none() {
                 continue;
             }
