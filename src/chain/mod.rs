@@ -1,6 +1,7 @@
 //! Markov chains: seeding, the step, blocks and their schedule.
 
 mod again;
+mod direct_rate;
 mod markov;
 mod options;
 mod schedule;
@@ -14,6 +15,7 @@ mod test_image;
 mod verify;
 
 pub use again::{Given, Seen, Which, Witness, chain_again, step_seen};
+pub use direct_rate::{DirectRate, EDGES};
 pub use markov::{Chain, Setting, Turn};
 pub use options::{Direct, MltOptions, Shares};
 pub use schedule::{Mlt, start_chain};

@@ -1,6 +1,6 @@
 //! Settings of Metropolis light transport. None of them depends on budget, threads or clock (DESIGN §8).
 
-use super::stage;
+use super::{DirectRate, stage};
 use crate::film::Bins;
 use crate::path::Lens;
 pub use crate::plan::Shares;
@@ -45,8 +45,8 @@ pub struct MltOptions {
     pub entry_uses: u32,
     /// Samples a pixel of the test image of two-stage Metropolis (Veach 11.5.3); without it there is one stage.
     pub test_samples: Option<u32>,
-    /// Samples a pixel of the direct pass for each mutation a pixel.
-    pub direct_per_mutation: f64,
+    /// Samples of the direct pass.
+    pub direct_rate: DirectRate,
     /// Also fill these spectral bins; the world's target must be `Target::Bins`.
     pub bins: Option<Bins>,
 }
@@ -67,7 +67,7 @@ impl Default for MltOptions {
             stratify: true,
             entry_uses: 2,
             test_samples: None,
-            direct_per_mutation: 0.125,
+            direct_rate: DirectRate::constant(0.125),
             bins: None,
         }
     }

@@ -125,6 +125,7 @@ pub fn mlt_options(args: &RenderArgs, job: &Job, decided: &Decisions) -> MltOpti
     let of = MltOptions::default();
     let options = args.tuning.apply(MltOptions {
         direct: decided.direct,
+        direct_rate: decided.direct_rate,
         bins: sampled_bins(job),
         shares: job.plan.shares,
         test_samples: decided.two_stage.then_some(TEST_SAMPLES),

@@ -93,12 +93,13 @@ impl Identity {
                 o.rounds_per_generation,
             ],
             other: format!(
-                "{} {} {} {} {} {}",
+                "{} {} {} {} {} {} {}",
                 o.weigh_deletions,
                 o.expected_values,
                 o.stratify,
                 o.entry_uses,
-                o.direct_per_mutation,
+                o.direct_rate.noise,
+                o.direct_rate.edges,
                 o.relative
             ),
         };

@@ -1,7 +1,7 @@
 //! Switches of Metropolis light transport that nobody needs for a picture: `study` turns them to show what they bring, and
 //! `render` takes them, so that each of its points can be made again.
 
-use crate::chain::MltOptions;
+use crate::chain::{DirectRate, MltOptions};
 use crate::study::sums::Sums;
 use clap::Args;
 
@@ -23,6 +23,9 @@ pub struct Tuning {
     /// Seeding samples of each of the 16 groups
     #[arg(long, hide = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 24))]
     pub seeds: Option<u32>,
+    /// Samples a pixel of the direct pass for each mutation a pixel
+    #[arg(long, hide = true, value_name = "R")]
+    pub direct_rate: Option<f64>,
     /// Add up the image in single precision (with --direct chain and --rounds)
     #[arg(long, hide = true, value_enum, requires = "rounds", conflicts_with_all = ["two_stage", "spectral", "target_error"])]
     pub sums: Option<Sums>,
@@ -37,6 +40,7 @@ impl Tuning {
             stratify: o.stratify && !self.no_stratification,
             chains: self.chains.unwrap_or(o.chains),
             seeds: self.seeds.unwrap_or(o.seeds),
+            direct_rate: self.direct_rate.map_or(o.direct_rate, DirectRate::constant),
             ..o
         }
     }

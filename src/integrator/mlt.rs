@@ -96,7 +96,7 @@ pub fn mlt_kept<const N: usize, A: Accel>(
     // A function of the rounds alone, so that a longer run repeats a shorter one.
     let direct_for = |rounds: u64| {
         let per_pixel = (rounds * options.mutations_per_round()) as f64 / pixels as f64;
-        per_pixel * options.direct_per_mutation
+        options.direct_rate.samples(per_pixel)
     };
     let raster_area = world.lens.raster_area;
     let error = |run: &mut Mlt<A, N>, direct: &CameraPass| {

