@@ -440,6 +440,32 @@ fn two_hundred_kills_lose_nothing() {
 }
 
 #[test]
+fn one_batch_at_a_time_belongs_to_a_folder() {
+    let dir = folder();
+    let list = long(dir.path());
+    let child = start(&list, &[]);
+    wait_for(&list, "progress", 1);
+    let log = || fs::read_to_string(dir.path().join("long.batch/log.jsonl")).expect("a log");
+    let begun = |text: &str| text.matches("\"event\":\"batch\"").count();
+    let done = batch(&list, &[]).assert().code(2);
+    let said = err(&done);
+    assert!(
+        said.contains("long.batch: another metrolux batch is at work in this folder"),
+        "{said}"
+    );
+    assert_eq!(begun(&log()), 1, "it wrote into the other's log");
+    // To look does no harm.
+    batch(&list, &["--dry-run"]).assert().code(0);
+    // A batch that was killed keeps nobody out.
+    signal(&child, "-KILL");
+    child.wait_with_output().expect("it ends");
+    let child = start(&list, &[]);
+    wait_for(&list, "batch", 2);
+    signal(&child, "-KILL");
+    child.wait_with_output().expect("it ends");
+}
+
+#[test]
 fn a_damaged_checkpoint_is_told_and_the_job_begins_anew() {
     let dir = folder();
     let dir = dir.path();
