@@ -5,7 +5,7 @@
 //! the one of the result, so a point is off by that one alone and both backends give the same bits.
 
 use super::quadric;
-use super::surface::{Surface, dpdu, facets, facing, gamma, quadric_at};
+use super::surface::{Surface, dpdu, facets, facing, gamma, quadric_surface};
 use super::triangle::{Sheared, TriangleHit};
 use super::{Hit, Ray};
 use crate::scene::{Geometry, Instance, PrimId, Quadric};
@@ -85,26 +85,19 @@ pub fn surface(geometry: &Geometry, hit: &Hit, ray: &Ray) -> Surface {
         None => on_triangle(instance, object, prim, hit.b1, hit.b2),
         Some(q) => {
             let (o, d) = carried(instance, ray);
-            on_quadric(instance, q, o + d * hit.t as f64)
+            on_quadric(instance, q, quadric::place(q, o + d * hit.t as f64))
         }
     }
 }
 
 /// As [`super::surface::surface_again`], for a primitive of an instance.
-pub fn surface_again(geometry: &Geometry, id: PrimId, at: Vec2, p: Vec3, ng: Vec3) -> Surface {
+pub fn surface_again(geometry: &Geometry, id: PrimId, at: Vec2) -> Surface {
     let (Some(instance), object, prim) = geometry.resolve(id) else {
         unreachable!("only asked for primitives of instances")
     };
     match object.quadric(prim) {
         None => on_triangle(instance, object, prim, at.x, at.y),
-        Some(_) => Surface {
-            p,
-            error: rounding(p) + instance.error,
-            ng,
-            ns: ng,
-            uv: at,
-            at,
-        },
+        Some(q) => on_quadric(instance, q, at),
     }
 }
 
@@ -146,10 +139,10 @@ fn on_triangle(instance: &Instance, object: &Geometry, prim: u32, b1: f32, b2: f
     }
 }
 
-/// `near` is a point of the object's space close to the quadric.
-fn on_quadric(instance: &Instance, q: &Quadric, near: DVec3) -> Surface {
-    let s = quadric_at(q, near);
-    let (exact, _) = quadric::project(q, near);
+/// At a [`quadric::place`] in the object's space.
+fn on_quadric(instance: &Instance, q: &Quadric, at: Vec2) -> Surface {
+    let s = quadric_surface(q, at);
+    let (exact, _) = quadric::point(q, at);
     let p = instance.to_world().transform_point3(exact).as_vec3();
     let (ng, _) = Turn::new(instance).normal(s.ng);
     Surface {

@@ -2,7 +2,7 @@
 
 use super::Ray;
 use crate::scene::Quadric;
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 
 /// Nearest t with 0 < t < t_max, or `None`.
 #[inline]
@@ -111,6 +111,74 @@ pub fn project(quadric: &Quadric, p: DVec3) -> (DVec3, DVec3) {
     }
 }
 
+/// Which point of a quadric is nearest to `near`, as two numbers: on a sphere the octahedral map of the direction from its
+/// centre (Meyer et al. 2010), on a disk the lengths along its tangent and bitangent. [`point`] finds it again.
+#[inline]
+pub fn place(quadric: &Quadric, near: DVec3) -> Vec2 {
+    match quadric {
+        Quadric::Sphere { center, .. } => octahedral(near - center.as_dvec3()).as_vec2(),
+        Quadric::Disk {
+            center,
+            normal,
+            tangent,
+            ..
+        } => {
+            let (r, t) = (near - center.as_dvec3(), tangent.as_dvec3());
+            let b = normal.as_dvec3().cross(t);
+            DVec2::new(r.dot(t), r.dot(b)).as_vec2()
+        }
+    }
+}
+
+/// The point of the quadric at a [`place`] with its normal, as [`project`] gives them: on the surface to f64's digits, and
+/// along the surface as far from where it was as two f32 numbers tell.
+#[inline]
+pub fn point(quadric: &Quadric, place: Vec2) -> (DVec3, DVec3) {
+    let p = place.as_dvec2();
+    match quadric {
+        Quadric::Sphere { center, radius, .. } => {
+            let n = direction(p);
+            (center.as_dvec3() + n * *radius as f64, n)
+        }
+        Quadric::Disk {
+            center,
+            normal,
+            tangent,
+            ..
+        } => {
+            let (n, t) = (normal.as_dvec3(), tangent.as_dvec3());
+            let near = center.as_dvec3() + t * p.x + n.cross(t) * p.y;
+            project(quadric, near)
+        }
+    }
+}
+
+/// A direction of any length on the square −1 … 1: the octahedron |x| + |y| + |z| = 1 seen from +z, its lower half folded
+/// outwards. +z for no direction.
+#[inline]
+fn octahedral(d: DVec3) -> DVec2 {
+    let sum = d.abs().element_sum();
+    if sum == 0.0 {
+        return DVec2::ZERO;
+    }
+    let p = d.truncate() / sum;
+    if d.z < 0.0 { folded(p) } else { p }
+}
+
+/// The unit direction of a point of the square.
+#[inline]
+fn direction(p: DVec2) -> DVec3 {
+    let z = 1.0 - p.x.abs() - p.y.abs();
+    let p = if z < 0.0 { folded(p) } else { p };
+    p.extend(z).normalize()
+}
+
+/// Mirrors each triangle of the square in its outer or inner edge.
+#[inline]
+fn folded(p: DVec2) -> DVec2 {
+    (DVec2::ONE - DVec2::new(p.y, p.x).abs()).copysign(p)
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::testing::Rng;
@@ -162,6 +230,63 @@ mod tests {
             // t is rounded to f32 once: half an ulp of it.
             let bound = t as f64 * f32::EPSILON as f64 * 0.5 * (1.0 + 1e-6);
             assert!(off <= bound, "{off} > {bound}");
+        }
+    }
+
+    /// A coordinate of the square is rounded by 2⁻²⁵ at most, which moves the third coordinate of the octahedron by the sum
+    /// of two such, and its points are at least 1/√3 from the centre: √6·√3·2⁻²⁵ in all, 1.27·10⁻⁷ of the radius.
+    #[test]
+    fn two_numbers_tell_a_point_of_a_sphere() {
+        let mut rng = Rng(5);
+        // Edges and corners of the octahedron, and beside them.
+        let axes = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::new(1.0, 1.0, 0.0)];
+        let corners = axes.iter().flat_map(|a| [*a, -*a]);
+        let beside = corners.flat_map(|a| [a, a + Vec3::splat(1e-8), a - Vec3::splat(1e-8)]);
+        let mut all: Vec<Vec3> = beside.collect();
+        all.extend((0..100_000).map(|_| rng.direction()));
+        for d in all {
+            let center = 100.0 * (rng.vec3() - 0.5);
+            let s = unit_sphere(center, 0.1 + rng.next());
+            let near = center.as_dvec3() + d.as_dvec3() * (0.5 + rng.next() as f64);
+            let (p, n) = project(&s, near);
+            let (q, m) = point(&s, place(&s, near));
+            let bound = 18f64.sqrt() * 0.5f64.powi(25) * (1.0 + 1e-6);
+            assert!((m - n).length() <= bound, "{d}: {m} is not {n}");
+            let Quadric::Sphere { radius, .. } = s else {
+                unreachable!()
+            };
+            assert!((p - q).length() <= bound * radius as f64 + 1e-13);
+            let off = ((q - center.as_dvec3()).length() - radius as f64).abs();
+            assert!(off < 1e-13, "{off}");
+        }
+        // The centre has no nearest point, and some.
+        let s = unit_sphere(Vec3::ONE, 1.0);
+        assert_eq!(point(&s, place(&s, DVec3::ONE)).1, DVec3::Z);
+    }
+
+    /// The point moves by the roundings of the two numbers and by how far the f32 axes are from orthonormal, each some 2⁻²⁴
+    /// of the radius.
+    #[test]
+    fn two_numbers_tell_a_point_of_a_disk() {
+        let mut rng = Rng(6);
+        for _ in 0..100_000 {
+            let normal = rng.direction();
+            let tangent = normal.cross(rng.direction()).normalize();
+            let (center, radius) = (100.0 * (rng.vec3() - 0.5), 0.1 + rng.next());
+            let disk = Quadric::Disk {
+                center,
+                normal,
+                tangent,
+                radius,
+            };
+            let r = tangent.as_dvec3() * (rng.next() as f64)
+                + normal.cross(tangent).as_dvec3() * rng.next() as f64;
+            let near = center.as_dvec3() + r * radius as f64 + normal.as_dvec3() * 1e-5;
+            let (p, _) = project(&disk, near);
+            let (q, n) = point(&disk, place(&disk, near));
+            assert!((p - q).length() < 8.0 * 0.5f64.powi(24) * radius as f64);
+            let height = (q - center.as_dvec3()).dot(n).abs();
+            assert!(n == normal.as_dvec3() && height < 1e-13, "{height}");
         }
     }
 

@@ -31,8 +31,8 @@ pub struct Surface {
     pub ns: Vec3,
     /// Texture coordinates (pbrt-v4's parametrisation where the scene gives none).
     pub uv: Vec2,
-    /// Barycentrics (b1, b2) on a triangle; `uv` on a quadric. With the primitive it says which point this is, to the
-    /// last bit: see [`surface_again`].
+    /// Barycentrics (b1, b2) on a triangle, the two numbers of [`quadric::place`] on a quadric. With the primitive they
+    /// say which point this is, to the last bit: see [`surface_again`].
     pub at: Vec2,
 }
 
@@ -115,28 +115,21 @@ pub fn surface_at(geometry: &Geometry, prim: u32, b1: f32, b2: f32) -> Surface {
     }
 }
 
-/// The very surface, bit for bit, of which `at` of primitive `prim` was kept; `p` and `ng` count on quadrics only.
-pub fn surface_again(geometry: &Geometry, prim: PrimId, at: Vec2, p: Vec3, ng: Vec3) -> Surface {
+/// The very surface, bit for bit, of which `at` of primitive `prim` was kept.
+pub fn surface_again(geometry: &Geometry, prim: PrimId, at: Vec2) -> Surface {
     if prim.instance().is_some() {
-        return posed::surface_again(geometry, prim, at, p, ng);
+        return posed::surface_again(geometry, prim, at);
     }
     match geometry.quadric(prim.prim()) {
         None => surface_at(geometry, prim.prim(), at.x, at.y),
-        Some(q) => Surface {
-            p,
-            error: quadric_error(q),
-            ng,
-            ns: ng,
-            uv: at,
-            at,
-        },
+        Some(q) => quadric_surface(q, at),
     }
 }
 
 /// The texture coordinates at `at` of primitive `prim`.
 pub fn uv_again(geometry: &Geometry, prim: PrimId, at: Vec2) -> Vec2 {
     let (_, part, prim) = geometry.resolve(prim);
-    surface_again(part, PrimId::of(prim), at, Vec3::ZERO, Vec3::ZERO).uv
+    surface_again(part, PrimId::of(prim), at).uv
 }
 
 /// ∂p/∂u at a point of `prim`: not 0, not of unit length, in the plane of the primitive. Apart from [`Surface`] because
@@ -262,7 +255,13 @@ fn quadric_error(q: &Quadric) -> f32 {
 /// The surface of a quadric at the point nearest to `near`, for points that are sampled rather than hit.
 #[inline]
 pub fn quadric_at(q: &Quadric, near: DVec3) -> Surface {
-    let (p, outward) = quadric::project(q, near);
+    quadric_surface(q, quadric::place(q, near))
+}
+
+/// The surface of a quadric at a [`quadric::place`], of which it is a function: nothing else need be kept of a point.
+#[inline]
+pub(super) fn quadric_surface(q: &Quadric, at: Vec2) -> Surface {
+    let (p, outward) = quadric::point(q, at);
     let (ng, uv) = match *q {
         Quadric::Sphere {
             to_object, inward, ..
@@ -270,20 +269,10 @@ pub fn quadric_at(q: &Quadric, near: DVec3) -> Surface {
             let n = outward.as_vec3();
             (if inward { -n } else { n }, sphere_uv(to_object * n))
         }
-        Quadric::Disk {
-            center,
+        Quadric::Disk { normal, radius, .. } => (
             normal,
-            tangent,
-            radius,
-        } => {
-            let r = (p - center.as_dvec3()).as_vec3();
-            let bitangent = normal.cross(tangent);
-            let (x, y) = (r.dot(tangent), r.dot(bitangent));
-            (
-                normal,
-                Vec2::new(angle(x, y) / TAU, 1.0 - r.length() / radius),
-            )
-        }
+            Vec2::new(angle(at.x, at.y) / TAU, 1.0 - at.length() / radius),
+        ),
     };
     Surface {
         p: p.as_vec3(),
@@ -291,7 +280,7 @@ pub fn quadric_at(q: &Quadric, near: DVec3) -> Surface {
         ng,
         ns: ng,
         uv,
-        at: uv,
+        at,
     }
 }
 

@@ -12,6 +12,8 @@ mod state_path;
 mod stats;
 mod sums;
 mod test_image;
+#[cfg(test)]
+mod tests;
 mod verify;
 
 pub use again::{Given, Seen, Which, Witness, chain_again, step_seen};

@@ -10,7 +10,6 @@ use super::{MltOptions, Shape, Sums, TestImage, state_path};
 use crate::accel::Accel;
 use crate::film::{Crop, Malformed, Reader, Shards, Writer};
 use crate::path::World;
-use crate::scene::Geometry;
 use glam::Vec2;
 use std::io;
 
@@ -134,11 +133,10 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
         };
         w.u8(1)?;
         head(w, g.index, g.rounds, &g.targets, g.chains.len())?;
-        let geometry = &self.world.scene.geometry;
         let mut state = Vec::new();
         for m in &g.chains {
             state.clear();
-            m.chain.save(geometry, &mut Writer::new(&mut state))?;
+            m.chain.save(&mut Writer::new(&mut state))?;
             chain(w, m.group, m.number, &state)?;
         }
         Ok(())
@@ -205,7 +203,7 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
 
 impl<const N: usize> Chain<N> {
     /// Writes the chain as it stands after [`Self::flush`].
-    fn save(&self, geometry: &Geometry, w: &mut Writer) -> io::Result<()> {
+    fn save(&self, w: &mut Writer) -> io::Result<()> {
         debug_assert_eq!(self.pending, 0.0, "a round is over");
         w.u64(self.stay)?;
         self.runs.iter().try_for_each(|run| w.u64(*run))?;
@@ -214,7 +212,7 @@ impl<const N: usize> Chain<N> {
         w.f32(self.x.raster.x)?;
         w.f32(self.x.raster.y)?;
         w.f64(self.x.shape_tau)?;
-        state_path::save(&self.x, self.pool(), geometry, w)
+        state_path::save(&self.x, self.pool(), w)
     }
 
     /// Stands where [`Self::save`] left it, before step number `step`.

@@ -1,22 +1,20 @@
-//! A path as bytes: 13 a vertex on a triangle, 37 on a quadric, 4 more for one of an instance, 13 on the lens and in the
-//! sky, 5 for a delta light.
+//! A path as bytes: 13 a vertex on a surface, 4 more for one of an instance, 13 on the lens and in the sky, 5 for a delta
+//! light.
 
 use crate::accel::Accel;
 use crate::accel::surface::surface_again;
 use crate::film::{Malformed, Reader, Writer};
 use crate::path::{Kind, Palette, Path, Pool, Tally, Vertex, World};
 use crate::scatter::Mode;
-use crate::scene::{Geometry, Light, NONE, PrimId};
+use crate::scene::{Light, NONE, PrimId};
 use glam::{Vec2, Vec3};
 use std::io;
 
-const TRIANGLE: u8 = 0;
-const QUADRIC: u8 = 1;
+const WORLD: u8 = 0;
+const INSTANCE: u8 = 1;
 const LENS: u8 = 2;
 const SKY: u8 = 3;
 const DELTA: u8 = 4;
-const PLACED_TRIANGLE: u8 = 5;
-const PLACED_QUADRIC: u8 = 6;
 
 /// Bits of the first byte that hold one of the above; the mode stands above them.
 const KINDS: u8 = 8;
@@ -28,50 +26,33 @@ const MOST: usize = 1 << 12;
 pub(super) fn save<const N: usize>(
     path: &Path<N>,
     pool: &Pool<N>,
-    geometry: &Geometry,
     w: &mut Writer,
 ) -> io::Result<()> {
     w.u32(path.links.len() as u32)?;
     for link in &path.links {
         let v = pool.get(link.slot);
         let kind = match v.kind {
-            Kind::Surface => {
-                let (instance, part, prim) = geometry.resolve(v.prim());
-                let flat = (prim as usize) < part.triangles.len();
-                match (instance, flat) {
-                    (None, true) => TRIANGLE,
-                    (None, false) => QUADRIC,
-                    (Some(_), true) => PLACED_TRIANGLE,
-                    (Some(_), false) => PLACED_QUADRIC,
-                }
-            }
+            Kind::Surface if v.prim().instance().is_some() => INSTANCE,
+            Kind::Surface => WORLD,
             Kind::Lens => LENS,
             Kind::Infinite if v.light == NONE => SKY,
             Kind::Infinite | Kind::Point => DELTA,
         };
         w.u8(kind + KINDS * link.mode as u8)?;
         if v.kind == Kind::Surface {
-            if let Some(instance) = v.prim().instance() {
-                w.u32(instance)?;
-            }
-            w.u32(v.prim().prim())?;
+            let prim = v.prim();
+            prim.instance().map_or(Ok(()), |i| w.u32(i))?;
+            w.u32(prim.prim())?;
             w.f32(v.at.x)?;
             w.f32(v.at.y)?;
         }
-        if matches!(kind, QUADRIC | PLACED_QUADRIC | LENS | SKY) {
-            vector(w, v.p)?;
-        }
         match kind {
-            QUADRIC | PLACED_QUADRIC => vector(w, v.ng)?,
+            LENS | SKY => v.p.to_array().into_iter().try_for_each(|c| w.f32(c))?,
             DELTA => w.u32(v.light)?,
             _ => {}
         }
     }
     Ok(())
-}
-
-fn vector(w: &mut Writer, v: Vec3) -> io::Result<()> {
-    v.to_array().into_iter().try_for_each(|c| w.f32(c))
 }
 
 fn read_vector(r: &mut Reader) -> Result<Vec3, Malformed> {
@@ -134,9 +115,9 @@ fn read_vertex<const N: usize, A: Accel>(
     };
     let geometry = &scene.geometry;
     let vertex = match first % KINDS {
-        kind @ (TRIANGLE | QUADRIC | PLACED_TRIANGLE | PLACED_QUADRIC) => {
+        kind @ (WORLD | INSTANCE) => {
             let instance = match kind {
-                TRIANGLE | QUADRIC => None,
+                WORLD => None,
                 _ => Some(r.u32()?),
             };
             let prim = r.u32()?;
@@ -146,21 +127,12 @@ fn read_vertex<const N: usize, A: Accel>(
                 Some(i) => return Err(Malformed(format!("has a vertex on instance {i}"))),
             };
             let at = Vec2::new(r.f32()?, r.f32()?);
-            let flat = matches!(kind, TRIANGLE | PLACED_TRIANGLE);
-            let (p, ng) = match flat {
-                true => (Vec3::ZERO, Vec3::ZERO),
-                false => (read_vector(r)?, read_vector(r)?),
-            };
             let (_, part, _) = geometry.resolve(id);
-            let triangles = part.triangles.len();
-            let there = match flat {
-                true => (prim as usize) < triangles,
-                false => (triangles..part.prim_count()).contains(&(prim as usize)),
-            };
+            let there = (prim as usize) < part.prim_count();
             if !there || !at.is_finite() {
                 return Err(Malformed(format!("has a vertex at {at} of {id}")));
             }
-            let s = surface_again(geometry, id, at, p, ng);
+            let s = surface_again(geometry, id, at);
             Vertex::from_surface(scene, id, &s, palette)
         }
         LENS => world.lens.vertex(read_vector(r)?),

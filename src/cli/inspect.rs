@@ -2,7 +2,7 @@
 
 use super::CliError;
 use super::decide::Decisions;
-use super::engine::{Prepared, mlt_options};
+use super::engine::{Prepared, mlt_options, threads};
 use super::render_args::{AccelArg, PrecisionArg, RenderArgs};
 use crate::accel::{Accel, Asked, Embree, EmbreeOptions, Obvhs};
 use crate::chain::Setting;
@@ -36,8 +36,11 @@ pub fn embree_options(args: &RenderArgs) -> EmbreeOptions {
     }
 }
 
-/// Does the work on the chains that `metrolux render` with these arguments runs.
-pub fn work_on<W: Work>(
+/// Does the work on the chains that `metrolux render` with these arguments runs, on as many threads.
+///
+/// # Errors
+/// An integrator without chains, threads that cannot be started.
+pub fn work_on<W: Work<Out: Send> + Send>(
     args: &RenderArgs,
     prepared: &Prepared,
     accel: &dyn Accel,
@@ -50,12 +53,12 @@ pub fn work_on<W: Work>(
             format!("{:?}", job.integrator).to_lowercase()
         )));
     }
-    Ok(match job.plan.lanes {
+    Ok(threads(job.threads)?.install(|| match job.plan.lanes {
         1 => lanes::<1, W>(args, prepared, Asked(accel), work),
         4 => lanes::<4, W>(args, prepared, Asked(accel), work),
         8 => lanes::<8, W>(args, prepared, Asked(accel), work),
         _ => lanes::<16, W>(args, prepared, Asked(accel), work),
-    })
+    }))
 }
 
 fn lanes<const N: usize, W: Work>(

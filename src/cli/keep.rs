@@ -51,6 +51,17 @@ pub struct Keep<'a> {
 /// images are large.
 const PATIENCE: [Duration; 2] = [Duration::from_secs(5), Duration::from_secs(10)];
 
+/// How long a stretch of a run with checkpoints is at most.
+fn stretch(every: Duration) -> Duration {
+    PATIENCE[0].min(every / 2)
+}
+
+/// A checkpoint is due after so long a time without one: another stretch would go beyond the interval, and a kill at its end
+/// would cost more than that.
+fn due(since: Duration, every: Duration) -> bool {
+    since + stretch(every) > every
+}
+
 impl<'a> Keep<'a> {
     /// For a render with these arguments, which writes these images.
     ///
@@ -174,7 +185,7 @@ impl Watcher for Keep<'_> {
     fn patience(&self) -> Option<Duration> {
         let every = self.args.every;
         let patience = match self.args.checkpoint {
-            Some(_) => PATIENCE[0].min(every),
+            Some(_) => stretch(every),
             None => PATIENCE[1],
         };
         let shown = self.preview.as_ref().map(|_| Preview::patience());
@@ -196,7 +207,7 @@ impl Watcher for Keep<'_> {
         let stop = self.signals.stop().filter(|_| !finished);
         let shows = self.signals.shows();
         let show = shows > std::mem::replace(&mut self.shown, shows);
-        let due = self.last.elapsed() >= self.args.every;
+        let due = due(self.last.elapsed(), self.args.every);
         let whole = finished && self.last.elapsed() >= self.trifle;
         if let Some(file) = &self.args.checkpoint
             && (whole || stop.is_some() || show || due)
@@ -273,4 +284,25 @@ pub fn refuse_others(file: &Path, found: &Identity, here: &Identity) -> Result<(
     }
     let what = differences.join("; ");
     Err(bad(file, format!("is of another render: {what}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Looks after stretches as long as they may be, from any beginning: two checkpoints are never further apart than the
+    /// interval, nor closer than half of it.
+    #[test]
+    fn no_more_than_an_interval_lies_between_two_checkpoints() {
+        for every in [1, 3, 999, 5_000, 9_999, 60_000, 300_000].map(Duration::from_millis) {
+            for first in 0..100 {
+                let mut since = every * first / 100;
+                while !due(since, every) {
+                    since += stretch(every);
+                }
+                assert!(since <= every, "{since:?} of {every:?}");
+                assert!(since * 2 > every, "{since:?} of {every:?}");
+            }
+        }
+    }
 }

@@ -39,6 +39,7 @@ mod tuning;
 mod verify;
 mod voice;
 mod watch;
+mod while_running;
 
 pub use error::CliError;
 

@@ -6,6 +6,7 @@ use super::engine::{self, Prepared};
 use super::plan_measure::{Row, measure};
 use super::plan_memory::{Memory, megabytes};
 use super::render_args::{AccelArg, PrecisionArg, RenderArgs};
+use super::while_running;
 use crate::plan::{Effect, Finding, Strategy, Unlit};
 use crate::scene::IntegratorKind;
 use clap::Args;
@@ -57,7 +58,8 @@ pub struct PlanArgs {
     /// Pairs of turns of --measure
     #[arg(long, value_name = "K", default_value_t = 7, value_parser = clap::value_parser!(u64).range(2..=1000))]
     pub repeats: u64,
-    /// The same options as those of render; with --measure, --rounds says how long a turn is
+    /// The options of render, but for those that say how it is kept and what it tells; with --measure, --rounds says how long
+    /// a turn is
     #[command(flatten)]
     pub render: RenderArgs,
 }
@@ -124,6 +126,7 @@ impl EmbreeFlags {
 /// # Errors
 /// A scene that cannot be read, options that do not go together.
 pub fn run(args: &PlanArgs) -> Result<ExitCode, CliError> {
+    while_running::refuse(&args.render, "plan")?;
     let prepared = Prepared::new(&args.render)?;
     let (scene, job, plan) = (&prepared.scene, &prepared.job, &prepared.job.plan);
     let flags = EmbreeFlags {

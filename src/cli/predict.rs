@@ -66,7 +66,7 @@ struct Told {
 
 /// Runs the sub-command.
 pub fn run(args: &PredictArgs) -> Result<ExitCode, CliError> {
-    let prepared = base(&args.scene, &args.render)?;
+    let prepared = base(&args.scene, &args.render, "predict")?;
     let chains = prepared.job.integrator == IntegratorKind::Mlt;
     let mut words = vec![args.scene.display().to_string()];
     words.extend(args.render.iter().cloned());

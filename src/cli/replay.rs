@@ -5,6 +5,7 @@ use super::engine::Prepared;
 use super::inspect::{self, Work};
 use super::render_args::RenderArgs;
 use super::replay_text::{line, path_text};
+use super::while_running;
 use crate::accel::Asked;
 use crate::chain::{Seen, Setting, Which, Witness, chain_again, step_seen};
 use crate::path::{Site, Tally};
@@ -15,7 +16,8 @@ use std::process::ExitCode;
 
 /// Make a step of a chain again and print every quantity in it.
 ///
-/// Takes the settings of the render; those that say when to stop and what to write make no difference. Ends with exit code 3
+/// Takes the settings of the render; those that say when to stop and which image to write make no difference, and those that say
+/// how it is kept are refused. Ends with exit code 3
 /// if an impossible value is met, as the render does.
 #[derive(Args, Debug)]
 pub struct ReplayArgs {
@@ -40,6 +42,7 @@ pub struct ReplayArgs {
 
 /// Runs the sub-command.
 pub fn run(args: &ReplayArgs, out: &mut impl Write) -> Result<ExitCode, CliError> {
+    while_running::refuse(&args.render, "replay")?;
     let prepared = Prepared::new(&args.render)?;
     let accel = inspect::backend(&args.render, &prepared.scene)?;
     let (text, faults) = inspect::work_on(&args.render, &prepared, accel.as_ref(), Again(args))??;
@@ -69,6 +72,7 @@ pub fn told(site: &Site, words: &[String]) -> String {
             steps,
         } => {
             // The settings of this render, as they were given.
+            let words = while_running::without(words);
             let settings: Vec<String> = words.iter().map(|w| quoted(w)).collect();
             let many = if steps > 1 {
                 format!(" --steps {steps}")

@@ -86,7 +86,7 @@ pub struct Plan {
 pub fn run(args: &StudyArgs) -> Result<ExitCode, CliError> {
     let start = Instant::now();
     let store = Store::open(&args.output)?;
-    let prepared = base(&args.scene, &args.render)?;
+    let prepared = base(&args.scene, &args.render, "study")?;
     let kinds = prepared.job.integrator;
     let ground = Ground {
         integrator: match kinds {

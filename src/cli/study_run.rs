@@ -6,6 +6,7 @@ use super::compare::fit as fit_reference;
 use super::engine::{self, Prepared};
 use super::signals::Signals;
 use super::study::{Plan, StudyArgs, parse};
+use super::while_running;
 use crate::integrator::{Progress, Quiet};
 use crate::mutation::Strategy;
 use crate::output::{Image, check_writable, read_windowed};
@@ -28,7 +29,7 @@ const REFRESH: Duration = Duration::from_secs(10);
 const PILOT: f64 = 0.1;
 
 /// The scene with the options that every image shares.
-pub fn base(scene: &Path, shared: &[String]) -> Result<Prepared, CliError> {
+pub fn base(scene: &Path, shared: &[String], command: &str) -> Result<Prepared, CliError> {
     let words = words(scene, shared);
     let args = parse(&words)?;
     let set = [
@@ -39,13 +40,12 @@ pub fn base(scene: &Path, shared: &[String]) -> Result<Prepared, CliError> {
         ("--time-limit", args.time_limit.is_some()),
         ("--target-error", args.target_error.is_some()),
         ("--seed", shared.iter().any(|a| a.starts_with("--seed"))),
-        ("--stats", args.stats.is_some()),
-        ("--record-rays", args.record_rays.is_some()),
     ];
     if let Some((name, _)) = set.iter().find(|(_, given)| *given) {
         let text = format!("{name} after -- : each image of a study has its own");
         return Err(CliError::Usage(text));
     }
+    while_running::refuse(&args, command)?;
     Prepared::new(&args)
 }
 

@@ -4,6 +4,7 @@ use super::CliError;
 use super::engine::Prepared;
 use super::inspect::{self, Work};
 use super::render_args::RenderArgs;
+use super::while_running;
 use crate::accel::checked::Disagreement;
 use crate::accel::{Asked, Checked, Embree, Obvhs};
 use crate::chain::{Deviations, Setting, Which, Witness, chain_again, step_seen, verify};
@@ -15,7 +16,8 @@ use std::process::ExitCode;
 
 /// Run chains with everything recomputed from scratch and every ray asked of two backends.
 ///
-/// Takes the settings of a render. Ends with exit code 3 if something lies beyond its bound.
+/// Takes the settings of a render; how long that is to last makes no difference, and both backends are asked whatever --accel
+/// says. Ends with exit code 3 if something lies beyond its bound.
 #[derive(Args, Debug)]
 pub struct VerifyArgs {
     #[command(flatten)]
@@ -27,6 +29,7 @@ pub struct VerifyArgs {
 
 /// Runs the sub-command.
 pub fn run(args: &VerifyArgs, out: &mut impl Write) -> Result<ExitCode, CliError> {
+    while_running::refuse(&args.render, "verify")?;
     let prepared = Prepared::new(&args.render)?;
     let geometry = &prepared.scene.geometry;
     let embree = Embree::new(geometry, inspect::embree_options(&args.render))?;
@@ -36,7 +39,7 @@ pub fn run(args: &VerifyArgs, out: &mut impl Write) -> Result<ExitCode, CliError
     let written = out.write_all(text(&d, &rays).as_bytes());
     written.map_err(|e| CliError::Internal(format!("cannot print: {e}")))?;
     let fine = d.fine() && rays.wrong() == 0;
-    if d.proposals == 0 {
+    if d.proposals == 0 && !args.render.quiet {
         eprintln!("warning: no chain made a proposal, so nothing was verified");
     }
     Ok(ExitCode::from(if fine { 0 } else { 3 }))

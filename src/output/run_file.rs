@@ -10,7 +10,7 @@ use std::path::Path;
 /// The first bytes of the file.
 const MAGIC: &[u8; 8] = b"METROLUX";
 /// Changes when older files can no longer be read.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 /// Stands before the checksum; a file that was cut short does not end so.
 const END: &[u8; 8] = b"the end.";
 /// Bytes before the label, and after the run.

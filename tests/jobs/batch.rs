@@ -1,6 +1,6 @@
 //! Batches: what they render, skip, go on with and never lose.
 
-use super::kill::{bits, folder, metrolux, signal};
+use super::kill::{bits, cut_files, folder, metrolux, signal};
 use super::voice::{find, lines, names};
 use assert_cmd::Command;
 use metrolux::sampling::Rng;
@@ -15,7 +15,7 @@ fn scene(name: &str) -> PathBuf {
 }
 
 /// A list with five jobs of a moment, on copies of two scenes.
-fn list(dir: &Path, rounds: u32) -> PathBuf {
+pub fn list(dir: &Path, rounds: u32) -> PathBuf {
     for name in ["cornell", "cornell-glass"] {
         fs::create_dir_all(dir.join("scenes")).expect("a folder");
         fs::copy(scene(name), dir.join(format!("scenes/{name}.pbrt"))).expect("copied");
@@ -45,7 +45,7 @@ fn list(dir: &Path, rounds: u32) -> PathBuf {
     file
 }
 
-const NAMES: [&str; 5] = [
+pub const NAMES: [&str; 5] = [
     "cornell",
     "cornell-glass",
     "turn.0001",
@@ -53,7 +53,7 @@ const NAMES: [&str; 5] = [
     "turn.0009",
 ];
 
-fn batch(list: &Path, more: &[&str]) -> Command {
+pub fn batch(list: &Path, more: &[&str]) -> Command {
     let mut c = metrolux();
     c.arg("batch").arg(list).args(more);
     c
@@ -76,7 +76,7 @@ fn ends(log: &Path) -> Vec<(String, String)> {
 }
 
 /// The images of the five jobs by five commands.
-fn by_hand(dir: &Path, rounds: u32) -> Vec<Vec<u32>> {
+pub fn by_hand(dir: &Path, rounds: u32) -> Vec<Vec<u32>> {
     let each = NAMES.iter().enumerate().map(|(i, name)| {
         let file = dir.join("by_hand.exr");
         let mut c = metrolux();
@@ -98,7 +98,7 @@ fn by_hand(dir: &Path, rounds: u32) -> Vec<Vec<u32>> {
     each.collect()
 }
 
-fn images(dir: &Path) -> Vec<Vec<u32>> {
+pub fn images(dir: &Path) -> Vec<Vec<u32>> {
     let each = NAMES.iter();
     each.map(|n| bits(&dir.join(format!("out/{n}.exr"))))
         .collect()
@@ -258,7 +258,7 @@ fn mistakes_in_the_list_are_told_before_any_work() {
     assert!(!dir.path().join("five.batch").exists());
 }
 
-fn start(list: &Path, more: &[&str]) -> Child {
+pub fn start(list: &Path, more: &[&str]) -> Child {
     let mut c = Process::new(env!("CARGO_BIN_EXE_metrolux"));
     c.arg("batch").arg(list).args(more);
     c.stdout(Stdio::piped())
@@ -277,7 +277,7 @@ fn long(dir: &Path) -> PathBuf {
 }
 
 /// Until the log has so many events of a kind.
-fn wait_for(list: &Path, event: &str, count: usize) {
+pub fn wait_for(list: &Path, event: &str, count: usize) {
     let log = list.with_extension("batch").join("log.jsonl");
     let start = Instant::now();
     loop {
@@ -349,6 +349,7 @@ fn killed(kills: u32) {
     let log = dir.join("five.batch/log.jsonl");
     let mut rng = Rng::new(8, 8, 8, 8);
     let (mut done, mut ends_seen, mut whole_batches) = (0, 0, 0);
+    let (mut between, mut left) = (0, 0);
     let mut finished: Vec<String> = Vec::new();
     while done < kills {
         let begun = Instant::now();
@@ -378,6 +379,10 @@ fn killed(kills: u32) {
             "{:?}: {said}",
             ended.status
         );
+        let now = ["five.batch", "five.batch/jobs", "out"].map(|d| cut_files(&dir.join(d)));
+        let now = now.iter().sum::<usize>();
+        between += u32::from(now > left);
+        left = now;
         // A line that the kill cut off is the last of its run.
         let text = fs::read_to_string(&log).unwrap_or_default();
         let events: Vec<Value> = text
@@ -407,13 +412,20 @@ fn killed(kills: u32) {
             // Again from the start.
             fs::remove_dir_all(dir.join("five.batch")).expect("there");
             fs::remove_dir_all(dir.join("out")).expect("there");
-            (ends_seen, finished) = (0, Vec::new());
+            (ends_seen, finished, left) = (0, Vec::new(), 0);
             whole_batches += 1;
         }
     }
     batch(&file, &[]).assert().code(0);
     assert!(images(dir) == whole, "after {done} kills");
-    println!("{done} kills, {} whole batches", whole_batches + 1);
+    assert!(
+        done < 100 || between > 0,
+        "no kill came between temporary file and rename"
+    );
+    println!(
+        "{done} kills, {between} of them between temporary file and rename, {} whole batches",
+        whole_batches + 1
+    );
 }
 
 #[test]
@@ -425,6 +437,32 @@ fn a_few_kills_lose_nothing() {
 #[ignore = "minutes; make test-long"]
 fn two_hundred_kills_lose_nothing() {
     killed(200);
+}
+
+#[test]
+fn one_batch_at_a_time_belongs_to_a_folder() {
+    let dir = folder();
+    let list = long(dir.path());
+    let child = start(&list, &[]);
+    wait_for(&list, "progress", 1);
+    let log = || fs::read_to_string(dir.path().join("long.batch/log.jsonl")).expect("a log");
+    let begun = |text: &str| text.matches("\"event\":\"batch\"").count();
+    let done = batch(&list, &[]).assert().code(2);
+    let said = err(&done);
+    assert!(
+        said.contains("long.batch: another metrolux batch is at work in this folder"),
+        "{said}"
+    );
+    assert_eq!(begun(&log()), 1, "it wrote into the other's log");
+    // To look does no harm.
+    batch(&list, &["--dry-run"]).assert().code(0);
+    // A batch that was killed keeps nobody out.
+    signal(&child, "-KILL");
+    child.wait_with_output().expect("it ends");
+    let child = start(&list, &[]);
+    wait_for(&list, "batch", 2);
+    signal(&child, "-KILL");
+    child.wait_with_output().expect("it ends");
 }
 
 #[test]

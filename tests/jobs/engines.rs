@@ -26,49 +26,30 @@ fn text(done: &assert_cmd::assert::Assert, dir: &Path) -> String {
 
 const PROGRAM: [&str; 2] = ["--metrolux", "/opt/metrolux/bin/metrolux"];
 
-#[test]
-fn a_script_for_slurm() {
+/// A job of three parts with options of its own and of render, and what was printed of it.
+fn three_parts(engine: &str, scene: &str, more: &[&str]) -> String {
     let dir = tempfile::tempdir().expect("a folder");
-    let more = [
+    let own = [
         "--shards=3",
         "-o=a.exr",
         "-o=a.png",
         "--cpus=4",
         "--time=90m",
     ];
-    let more = [
-        &PROGRAM[..],
-        &more,
-        &["--", "--mutations", "2000", "--exposure=1"],
-    ]
-    .concat();
-    let done = job(dir.path(), "slurm", "it's $HOME.pbrt", &more).code(0);
-    insta::assert_snapshot!(text(&done, dir.path()));
+    let render = ["--", "--mutations", "2000", "--exposure=1"];
+    let all = [&PROGRAM[..], more, &own, &render].concat();
+    text(&job(dir.path(), engine, scene, &all).code(0), dir.path())
+}
+
+#[test]
+fn a_script_for_slurm() {
+    insta::assert_snapshot!(three_parts("slurm", "it's $HOME.pbrt", &[]));
 }
 
 #[test]
 fn a_template_for_openjd() {
-    let dir = tempfile::tempdir().expect("a folder");
-    let more = [
-        "--shards=3",
-        "-o=a.exr",
-        "-o=a.png",
-        "--cpus=4",
-        "--time=90m",
-    ];
-    let more = [
-        &PROGRAM[..],
-        &more,
-        &["--", "--mutations", "2000", "--exposure=1"],
-    ]
-    .concat();
-    let done = job(
-        dir.path(),
-        "openjd",
-        "a \"b\" {{c}}.pbrt",
-        &[&more[..2], &["--name=a"], &more[2..]].concat(),
-    );
-    insta::assert_snapshot!(text(&done.code(0), dir.path()));
+    let scene = "a \"b\" {{c}}.pbrt";
+    insta::assert_snapshot!(three_parts("openjd", scene, &["--name=a"]));
 }
 
 /// A Slurm of two shell scripts: `sbatch` keeps its words, `scontrol` too, and the program is one that stops when told.

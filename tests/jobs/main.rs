@@ -3,6 +3,7 @@
 mod batch;
 mod damage;
 mod engines;
+mod full_disk;
 mod kill;
 mod layers;
 mod parts;

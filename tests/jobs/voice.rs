@@ -221,3 +221,49 @@ fn merging_tells_of_itself_too() {
     let out = String::from_utf8_lossy(&done.get_output().stdout).into_owned();
     assert_eq!(percents(&out).last(), Some(&100.0), "{out}");
 }
+
+/// Commands that look at a render without making it refuse what they would have to ignore, and keep to the rest.
+#[test]
+fn what_only_a_render_can_do_is_refused_elsewhere() {
+    let scene = scene().display().to_string();
+    let looks: [&[&str]; 5] = [
+        &["plan", &scene],
+        &["verify", &scene, "--steps", "1"],
+        &["replay", &scene, "--chain", "0", "--step", "0"],
+        &["predict", &scene, "--target-error", "0.1", "--"],
+        &["study", &scene, "-o", "study", "--"],
+    ];
+    let dir = folder();
+    for look in looks {
+        for option in [
+            "--log=json",
+            "--progress=plain",
+            "--checkpoint=a.run",
+            "--preview=tev",
+        ] {
+            let mut c = metrolux();
+            let done = c.current_dir(dir.path()).args(look).arg(option);
+            let done = done.assert().code(2);
+            let o = done.get_output();
+            let said = String::from_utf8_lossy(&o.stderr).into_owned();
+            let name = option.split('=').next().expect("a name");
+            let expected = format!("`metrolux {}` cannot take it", look[0]);
+            assert!(said.contains(name) && said.contains(&expected), "{said}");
+            assert!(o.stdout.is_empty());
+        }
+    }
+    assert!(!dir.path().join("a.run").exists());
+    // Layers of direct light ask for a pass of its own, and the plan says so.
+    let plan = |more: &[&str]| {
+        let mut c = metrolux();
+        let done = c.args(["plan", &scene, "--two-stage=off"]).args(more);
+        String::from_utf8_lossy(&done.assert().code(0).get_output().stdout).into_owned()
+    };
+    let separate = |text: &str| text.contains("direct light   separate, as the command line says");
+    assert!(
+        separate(&plan(&["--layers=direct"])),
+        "{}",
+        plan(&["--layers=direct"])
+    );
+    assert!(!separate(&plan(&[])), "{}", plan(&[]));
+}

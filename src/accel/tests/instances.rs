@@ -113,6 +113,7 @@ fn backends_agree_through_instances() {
                 assert_eq!(p, q, "the same primitive must give the same bits");
                 let (s, t) = (surface(&g, &p, &ray), surface(&g, &q, &ray));
                 assert_eq!(s, t);
+                assert_eq!(surface::surface_again(&g, p.prim, s.at), s, "made again");
                 let (instance, object, prim) = g.resolve(p.prim);
                 hits += instance.is_some() as u32;
                 quadrics += (instance.is_some() && object.quadric(prim).is_some()) as u32;

@@ -179,6 +179,7 @@ fn the_error_bound_holds_against_f64() {
             continue;
         };
         let s = surface(&g, &hit, &ray);
+        assert_eq!(surface::surface_again(&g, hit.prim, s.at), s);
         let off = match g.quadric(hit.prim.prim()) {
             None => {
                 let [p0, p1, p2] = g.corners(hit.prim.prim()).map(|p| p.as_dvec3());

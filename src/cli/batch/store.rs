@@ -116,18 +116,41 @@ pub struct Store {
     base: PathBuf,
     /// Checkpoints that were there at first, by what stands before their key.
     cut: HashMap<PathBuf, Vec<PathBuf>>,
+    /// Locked as long as a batch is at work here.
+    _lock: Option<fs::File>,
 }
 
 impl Store {
-    /// Makes the folder if it is not there.
+    /// Makes the folder if it is not there, and keeps other batches out of it until this is dropped or the process ends,
+    /// however it does.
     ///
     /// # Errors
-    /// A folder that cannot be made.
+    /// A folder that cannot be made or locked, or in which another batch is at work.
     pub fn open(folder: &Path, base: &Path) -> Result<Self, CliError> {
+        let failed = |path: &Path, source| {
+            let path = path.into();
+            CliError::Output(ImageError::NotWritable { path, source })
+        };
         let jobs = folder.join("jobs");
-        fs::create_dir_all(&jobs)
-            .map_err(|source| CliError::Output(ImageError::NotWritable { path: jobs, source }))?;
-        Ok(Self::at(folder, base))
+        fs::create_dir_all(&jobs).map_err(|e| failed(&jobs, e))?;
+        let path = folder.join("lock");
+        // Nothing is written to it, and it stays: one that was removed could be locked twice.
+        let lock = fs::File::options().append(true).create(true).open(&path);
+        let lock = lock.map_err(|e| failed(&path, e))?;
+        match lock.try_lock() {
+            Ok(()) => {}
+            Err(fs::TryLockError::WouldBlock) => {
+                return Err(CliError::Usage(format!(
+                    "{}: another metrolux batch is at work in this folder; expected one at a time",
+                    folder.display()
+                )));
+            }
+            Err(fs::TryLockError::Error(e)) => return Err(failed(&path, e)),
+        }
+        // What the batch before this one left is looked for now, when it can leave no more.
+        let mut store = Self::at(folder, base);
+        store._lock = Some(lock);
+        Ok(store)
     }
 
     /// A folder that may not be there.
@@ -145,6 +168,7 @@ impl Store {
             folder: folder.into(),
             base: base.into(),
             cut,
+            _lock: None,
         }
     }
 
@@ -236,6 +260,18 @@ mod tests {
         assert!(!stamp.holds() && !sum.holds());
         fs::remove_file(&path).expect("there");
         assert!(!sum.holds());
+    }
+
+    #[test]
+    fn one_batch_at_a_time_has_the_folder() {
+        let dir = tempfile::tempdir().expect("a folder");
+        let folder = dir.path().join("a.batch");
+        let first = Store::open(&folder, dir.path()).expect("free");
+        let e = Store::open(&folder, dir.path()).err().expect("taken");
+        assert_eq!(e.code(), 2);
+        assert!(e.to_string().contains("a.batch: another"), "{e}");
+        drop(first);
+        Store::open(&folder, dir.path()).expect("free again");
     }
 
     #[test]
