@@ -177,7 +177,7 @@ impl Plan {
             unlit: unlit(scene, &dark, &lit),
             unused: (0..live.len())
                 .filter(|i| !live[*i])
-                .map(|i| Cause::material(scene, i, "is on no surface"))
+                .map(|i| Cause::material(scene, i, "is on no surface that takes part"))
                 .collect(),
             unseen: told_unseen(scene, &unseen),
             chosen: power::chosen(scene, &lit, &power),
