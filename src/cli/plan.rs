@@ -3,11 +3,13 @@
 use super::CliError;
 use super::decide::Decisions;
 use super::engine::{self, Prepared};
+use super::inspect::embree_options;
 use super::plan_measure::{Row, measure};
 use super::plan_memory::{Memory, megabytes};
-use super::render_args::{AccelArg, PrecisionArg, RenderArgs};
+use super::render_args::{AccelArg, RenderArgs};
 use super::while_running;
-use crate::plan::{Effect, Finding, Strategy, Unlit};
+use crate::accel::Quality;
+use crate::plan::{Chosen, Effect, Finding, Strategy, Unlit};
 use crate::scene::IntegratorKind;
 use clap::Args;
 use serde::Serialize;
@@ -79,6 +81,7 @@ struct Told<'a> {
     strategies: BTreeMap<&'static str, f64>,
     lights: Lights<'a>,
     unused_materials: Vec<String>,
+    unseen_shapes: Vec<String>,
     decisions: &'a Option<Decisions>,
     embree: EmbreeFlags,
     memory_bytes: BTreeMap<&'static str, u64>,
@@ -88,6 +91,9 @@ struct Told<'a> {
 #[derive(Serialize)]
 struct Lights<'a> {
     sampled: usize,
+    /// In proportion to what they are chosen.
+    chosen_by: &'static str,
+    chosen: &'a [Chosen],
     left_out: &'a [Unlit],
 }
 
@@ -96,6 +102,7 @@ struct Lights<'a> {
 struct EmbreeFlags {
     used: bool,
     robust: bool,
+    compact: bool,
     high_quality: bool,
     filter_callback: bool,
     instance_level: bool,
@@ -109,6 +116,7 @@ impl EmbreeFlags {
         let word = |on: bool, yes: &'static str, no: &'static str| if on { yes } else { no };
         [
             word(self.robust, "robust", "fast"),
+            word(self.compact, "compact", "not compact"),
             word(self.high_quality, "high-quality build", "medium build"),
             word(self.instance_level, "instances", "one level"),
             word(
@@ -129,10 +137,12 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode, CliError> {
     while_running::refuse(&args.render, "plan")?;
     let prepared = Prepared::new(&args.render)?;
     let (scene, job, plan) = (&prepared.scene, &prepared.job, &prepared.job.plan);
+    let options = embree_options(&args.render);
     let flags = EmbreeFlags {
         used: args.render.accel == AccelArg::Embree,
-        robust: args.render.accel_precision == PrecisionArg::Robust,
-        high_quality: true,
+        robust: options.robust,
+        compact: options.compact,
+        high_quality: options.quality == Quality::High,
         filter_callback: plan.on(Effect::Alpha),
         instance_level: plan.on(Effect::Instances),
     };
@@ -161,9 +171,12 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode, CliError> {
                 .collect(),
             lights: Lights {
                 sampled: plan.lit.iter().filter(|l| **l).count(),
+                chosen_by: "luminous_power",
+                chosen: &plan.chosen,
                 left_out: &plan.unlit,
             },
             unused_materials: plan.unused.iter().map(ToString::to_string).collect(),
+            unseen_shapes: plan.unseen.iter().map(ToString::to_string).collect(),
             decisions: &decisions,
             embree: flags,
             memory_bytes: memory.parts.iter().copied().collect(),

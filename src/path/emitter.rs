@@ -5,9 +5,10 @@
 
 use super::{Kind, Palette, Vertex};
 use crate::accel::surface::{quadric_at, surface_at};
+use crate::plan::light_powers;
 use crate::sampling::{Discrete, Grid2d, Rng, octahedral, warp};
 use crate::scatter::Frame;
-use crate::scene::spectrum::{Curve, Lanes, Rgb2Spec, Spectrum, luminance};
+use crate::scene::spectrum::{Lanes, Rgb2Spec, Spectrum};
 use crate::scene::{Light, NONE, PrimId, Quadric, Scene};
 use glam::Vec3;
 use std::f64::consts::PI;
@@ -32,63 +33,38 @@ pub struct Emitters {
 impl Emitters {
     /// Prepares the lights of a scene; they are chosen in proportion to their luminous power.
     pub fn new(scene: &Scene) -> Self {
-        Self::among(scene, |_| true)
+        Self::among(scene, |_| true, light_powers(scene, |_| true))
     }
 
     /// As [`Self::new`], of the lights for which `lit` holds; the others must be such that they give no path anything.
-    pub fn among(scene: &Scene, lit: impl Fn(usize) -> bool) -> Self {
+    /// `weights` says how often each light is chosen.
+    pub fn among(scene: &Scene, lit: impl Fn(usize) -> bool, weights: Vec<f64>) -> Self {
         let (center, radius) = scene.bounding_sphere();
-        let disk = PI * (radius as f64).powi(2);
-        let mut power = Vec::new();
         let (mut sky, mut grids) = (Vec::new(), Vec::new());
         let mut inv_area = vec![0.0; scene.lights.len()];
         let mut hittable = false;
-        for (i, l) in scene.lights.iter().enumerate() {
-            if !lit(i) {
-                power.push(0.0);
-                continue;
-            }
-            let y = |c: &Curve| luminance(c) as f64;
-            power.push(match l {
-                Light::Area {
-                    prim,
-                    two_sided,
-                    radiance,
-                } => {
-                    let area = scene.geometry.area(*prim);
-                    inv_area[i] = 1.0 / area;
+        for (i, l) in scene.lights.iter().enumerate().filter(|l| lit(l.0)) {
+            match l {
+                Light::Area { prim, .. } => {
+                    inv_area[i] = 1.0 / scene.geometry.area(*prim);
                     hittable = true;
-                    y(radiance) * area * PI * if *two_sided { 2.0 } else { 1.0 }
                 }
-                Light::Point { intensity, .. } => 4.0 * PI * y(intensity),
-                Light::Spot {
-                    intensity,
-                    cos_start,
-                    cos_end,
-                    ..
-                } => 2.0 * PI * (1.0 - 0.5 * (cos_start + cos_end) as f64) * y(intensity),
-                Light::Distant { irradiance, .. } => disk * y(irradiance),
-                Light::InfiniteConstant { radiance } => {
+                Light::InfiniteConstant { .. } => {
                     sky.push(i as u32);
                     grids.push(None);
                     hittable = true;
-                    PI * disk * y(radiance)
                 }
-                Light::InfiniteImage {
-                    image, illuminant, ..
-                } => {
+                Light::InfiniteImage { image, .. } => {
                     sky.push(i as u32);
                     hittable = true;
                     let im = &scene.images[*image as usize];
                     let values: Vec<f32> = im.rgb().map(|c| (c[0] + c[1] + c[2]) / 3.0).collect();
-                    let mean =
-                        values.iter().map(|v| *v as f64).sum::<f64>() / values.len().max(1) as f64;
                     grids.push(Grid2d::new(im.width as usize, &values));
-                    PI * disk * y(illuminant) * mean
                 }
-            });
+                Light::Point { .. } | Light::Spot { .. } | Light::Distant { .. } => {}
+            }
         }
-        let choice = Discrete::new(power);
+        let choice = Discrete::new(weights);
         let any = choice.is_some();
         Self {
             choice,

@@ -48,7 +48,7 @@ impl<'a, A: Accel> World<'a, A> {
     /// The same as a plan of the scene has it: without the lights that give nothing, and without what nothing calls for.
     pub fn with_plan(self, plan: &Plan) -> Self {
         Self {
-            emitters: Emitters::among(self.scene, |i| plan.lit[i]),
+            emitters: Emitters::among(self.scene, |i| plan.lit[i], plan.power.clone()),
             dispersive: plan.on(Effect::Dispersion),
             grey: plan.grey.as_ref().map(|g| g.1),
             ..self

@@ -1,6 +1,6 @@
 //! What in a scene calls for each effect, with its place.
 
-use super::reach::{certain, used_shapes};
+use super::reach::{certain, is_black_material, used_shapes};
 use super::{Effect, colour, objects};
 use crate::scene::load::Location;
 use crate::scene::material::ConductorFresnel;
@@ -45,14 +45,19 @@ impl Cause {
 
     fn of(source: Option<&Source>, otherwise: &str, why: &str) -> Self {
         let label = source.map_or(otherwise, |s| &s.label);
+        let space = if why.is_empty() { "" } else { " " };
         Self {
-            what: format!("{label} {why}"),
+            what: format!("{label}{space}{why}"),
             at: source.map(|s| s.at.clone()),
         }
     }
 
     pub(super) fn material(scene: &Scene, i: usize, why: &str) -> Self {
         Self::of(scene.sources.materials.get(i), "a material", why)
+    }
+
+    pub(super) fn shape(scene: &Scene, i: usize, why: &str) -> Self {
+        Self::of(scene.sources.shapes.get(i), "a shape", why)
     }
 
     pub(super) fn light(scene: &Scene, i: usize, why: &str) -> Self {
@@ -67,9 +72,15 @@ pub(super) struct Causes {
 }
 
 impl Causes {
-    /// Looks through the scene; `live` materials and `lit` lights count. Objects may become `flat` more primitives in the
-    /// world.
-    pub(super) fn new(scene: &Scene, live: &[bool], lit: &[bool], flat: u64) -> Self {
+    /// Looks through the scene; `live` materials, `lit` lights and shapes that are not `unseen` count. Objects may become
+    /// `flat` more primitives in the world.
+    pub(super) fn new(
+        scene: &Scene,
+        live: &[bool],
+        lit: &[bool],
+        unseen: &[bool],
+        flat: u64,
+    ) -> Self {
         let (colours, illuminant) = colour::colours(scene, live, lit);
         let mut all = Self {
             by_effect: Default::default(),
@@ -85,10 +96,12 @@ impl Causes {
                     cause("has an index that varies with the wavelength"),
                 );
             }
-            if m.may_be_specular() {
+            // A lobe that sends nothing on is none.
+            let sends = !is_black_material(m);
+            if sends && m.may_be_specular() {
                 specular.push(cause("has a delta lobe"));
             }
-            rough |= m.may_be_non_specular();
+            rough |= sends && m.may_be_non_specular();
             if let Some(what) = varies(m) {
                 all.add(Effect::Textures, cause(&format!("has a textured {what}")));
             }
@@ -122,8 +135,8 @@ impl Causes {
         }
         let of_objects = scene.sources.objects.iter().map(|o| o.1.as_slice());
         let sources = std::iter::once(scene.sources.shapes.as_slice()).chain(of_objects);
-        for (part, sources) in scene.geometry.parts().zip(sources) {
-            let used = used_shapes(part);
+        let used = used_shapes(scene, unseen);
+        for ((part, used), sources) in scene.geometry.parts().zip(used).zip(sources) {
             for (i, s) in part.shapes.iter().enumerate() {
                 if used[i] && s.has_normals {
                     let cause = Cause::of(sources.get(i), "a shape", "has vertex normals");

@@ -4,6 +4,7 @@
 //! is grey only if all its texels are, to the bit.
 
 use super::Cause;
+use super::reach::is_black_texture;
 use crate::scene::material::ConductorFresnel;
 use crate::scene::spectrum::Curve;
 use crate::scene::texture::{Image, SpectrumTexture};
@@ -82,7 +83,7 @@ impl<'a> Greys<'a> {
         match t {
             SpectrumTexture::Constant(c) => is_flat(c),
             SpectrumTexture::Image(m) => self.image(m.image),
-            SpectrumTexture::Scale(a, _) => self.texture(a),
+            SpectrumTexture::Scale(a, _) => is_black_texture(t) || self.texture(a),
             SpectrumTexture::Checkerboard(_, a, b) => self.texture(a) && self.texture(b),
         }
     }

@@ -8,19 +8,24 @@ mod change;
 mod colour;
 mod effect;
 pub mod objects;
+mod power;
 mod reach;
 mod strategy;
 mod text;
+mod unseen;
 
 pub use causes::Cause;
 pub use change::{fold, insert, remove};
 pub use effect::Effect;
+pub use power::{Chosen, light_powers};
 pub use reach::{Dark, dark_lights, live_materials};
 pub use strategy::{Shares, Strategy};
+pub use unseen::unseen_shapes;
 
 use crate::scene::Scene;
 use crate::scene::flatten::flatten;
 use crate::scene::spectrum::{Curve, Grey};
+use crate::scene::subset::leave_out;
 use causes::Causes;
 use serde::Serialize;
 
@@ -96,10 +101,16 @@ pub struct Plan {
     pub shares: Shares,
     /// For each light of the scene, whether it takes part.
     pub lit: Vec<bool>,
-    /// The lights that do not.
+    /// How often each light is chosen: its luminous power, 0 for those that do not take part.
+    pub power: Vec<f64>,
+    /// The same by directive.
+    pub chosen: Vec<Chosen>,
+    /// The lights that do not take part.
     pub unlit: Vec<Unlit>,
     /// Materials that no surface is made of.
     pub unused: Vec<Cause>,
+    /// Shapes that no path can meet.
+    pub unseen: Vec<Cause>,
     /// Most edges of a path: storage is sized by it, and no path is cut shorter.
     pub max_edges: usize,
 }
@@ -113,16 +124,14 @@ pub const MOST_EDGES: usize = (u16::MAX as usize - 9) / 3;
 impl Plan {
     /// Plans a render of the scene as it stands.
     pub fn new(scene: &Scene, options: &Options) -> Self {
-        let live = live_materials(scene);
         let dark = dark_lights(scene);
         let forced = |e: Effect| options.force.contains(&e);
-        let lit: Vec<bool> = dark
-            .iter()
-            .zip(&scene.lights)
-            .map(|(d, l)| d.is_none() || (forced(Effect::Environment) && causes::is_environment(l)))
-            .collect();
+        let lit = lit(scene, &dark, options);
+        let unseen = unseen_shapes(scene, &lit);
+        let live = live_materials(scene, &unseen);
+        let power = light_powers(scene, |i| lit[i]);
         let flat = options.flat.unwrap_or(objects::FLAT);
-        let mut causes = Causes::new(scene, &live, &lit, flat);
+        let mut causes = Causes::new(scene, &live, &lit, &unseen, flat);
         let findings: Vec<Finding> = Effect::ALL
             .into_iter()
             .map(|effect| {
@@ -168,8 +177,11 @@ impl Plan {
             unlit: unlit(scene, &dark, &lit),
             unused: (0..live.len())
                 .filter(|i| !live[*i])
-                .map(|i| Cause::material(scene, i, "is on no surface"))
+                .map(|i| Cause::material(scene, i, "is on no surface that takes part"))
                 .collect(),
+            unseen: told_unseen(scene, &unseen),
+            chosen: power::chosen(scene, &lit, &power),
+            power,
             lit,
             grey,
             max_edges: scene.settings.max_depth as usize + 1,
@@ -178,7 +190,8 @@ impl Plan {
     }
 
     /// Makes the scene ready for a render and plans that: what is to be left out or forced goes out of the scene or into
-    /// it, objects that are not worth an instance are put into the world, and mixes that are certain are resolved. The findings tell of the scene as it was.
+    /// it, objects that are not worth an instance are put into the world, mixes that are certain are resolved, and shapes
+    /// that no path can meet are left out. The findings tell of the scene as it was.
     pub fn make(scene: &mut Scene, options: &Options) -> Self {
         let before = Self::new(scene, options);
         for f in &before.findings {
@@ -194,6 +207,9 @@ impl Plan {
             flatten(scene, |i| !stays[i]);
         }
         fold(scene);
+        let unseen = unseen_shapes(scene, &lit(scene, &dark_lights(scene), options));
+        let told = told_unseen(scene, &unseen);
+        leave_out(scene, &unseen);
         let mut plan = Self::new(scene, options);
         for (now, f) in plan.findings.iter_mut().zip(before.findings) {
             // Which objects are instanced was decided among all of them.
@@ -205,6 +221,7 @@ impl Plan {
         Self {
             unlit: before.unlit,
             unused: before.unused,
+            unseen: told,
             ..plan
         }
     }
@@ -225,6 +242,21 @@ impl Shares {
     pub fn for_scene(scene: &Scene) -> Self {
         Plan::new(scene, &Options::default()).shares
     }
+}
+
+/// For each light, whether it takes part.
+fn lit(scene: &Scene, dark: &[Option<Dark>], options: &Options) -> Vec<bool> {
+    let sky = options.force.contains(&Effect::Environment);
+    dark.iter()
+        .zip(&scene.lights)
+        .map(|(d, l)| d.is_none() || (sky && causes::is_environment(l)))
+        .collect()
+}
+
+fn told_unseen(scene: &Scene, unseen: &[bool]) -> Vec<Cause> {
+    let of = |i| Cause::shape(scene, i, "is where no path can come");
+    let shapes = (0..unseen.len()).filter(|i| unseen[*i]);
+    shapes.map(of).collect()
 }
 
 fn unlit(scene: &Scene, dark: &[Option<Dark>], lit: &[bool]) -> Vec<Unlit> {

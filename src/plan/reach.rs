@@ -2,8 +2,9 @@
 //! reach something. Where it is not certain a thing counts as taking part.
 
 use super::colour::spectrum;
+use crate::scene::material::ConductorFresnel;
 use crate::scene::spectrum::Curve;
-use crate::scene::texture::FloatTexture;
+use crate::scene::texture::{FloatTexture, SpectrumTexture};
 use crate::scene::{Camera, Geometry, Light, Material, Scene};
 use glam::Vec3;
 use serde::Serialize;
@@ -31,12 +32,13 @@ impl Dark {
     }
 }
 
-/// For each material, whether some primitive is made of it, mixes seen through.
-pub fn live_materials(scene: &Scene) -> Vec<bool> {
+/// For each material, whether some primitive is made of it, mixes seen through. The shapes of the world that are `unseen`
+/// do not count.
+pub fn live_materials(scene: &Scene, unseen: &[bool]) -> Vec<bool> {
     let mut live = vec![false; scene.materials.len()];
     let mut open: Vec<u32> = Vec::new();
-    for part in scene.geometry.parts() {
-        let shapes = part.shapes.iter().zip(used_shapes(part));
+    for (part, used) in scene.geometry.parts().zip(used_shapes(scene, unseen)) {
+        let shapes = part.shapes.iter().zip(used);
         open.extend(shapes.filter(|s| s.1).map(|s| s.0.material));
     }
     while let Some(m) = open.pop() {
@@ -56,13 +58,45 @@ pub fn live_materials(scene: &Scene) -> Vec<bool> {
     live
 }
 
-/// For each shape of a geometry, whether some primitive is a part of it.
-pub(super) fn used_shapes(g: &Geometry) -> Vec<bool> {
-    let mut used = vec![false; g.shapes.len()];
-    for &s in &g.prim_shape {
-        used[s as usize] = true;
+/// For each shape of the world and of each object, whether some primitive is a part of it and it is not `unseen`.
+pub(super) fn used_shapes(scene: &Scene, unseen: &[bool]) -> Vec<Vec<bool>> {
+    let used = |g: &Geometry| {
+        let mut used = vec![false; g.shapes.len()];
+        for &s in &g.prim_shape {
+            used[s as usize] = true;
+        }
+        used
+    };
+    let mut all: Vec<Vec<bool>> = scene.geometry.parts().map(used).collect();
+    // The world comes first.
+    for (used, unseen) in all[0].iter_mut().zip(unseen) {
+        *used &= !unseen;
     }
-    used
+    all
+}
+
+/// Whether a material certainly sends no light on.
+pub(super) fn is_black_material(m: &Material) -> bool {
+    match m {
+        Material::Diffuse { reflectance: r }
+        | Material::Conductor {
+            fresnel: ConductorFresnel::Reflectance(r),
+            ..
+        } => is_black_texture(r),
+        _ => false,
+    }
+}
+
+/// Whether a texture is certainly 0 everywhere.
+pub(super) fn is_black_texture(t: &SpectrumTexture) -> bool {
+    match t {
+        SpectrumTexture::Constant(c) => is_black(c),
+        SpectrumTexture::Scale(t, by) => {
+            is_black_texture(t) || matches!(**by, FloatTexture::Constant(v) if v == 0.0)
+        }
+        SpectrumTexture::Checkerboard(_, a, b) => is_black_texture(a) && is_black_texture(b),
+        SpectrumTexture::Image(_) => false,
+    }
 }
 
 /// The one material that a mix certainly is.
@@ -146,16 +180,18 @@ fn is_black(c: &Curve) -> bool {
 
 /// The corners of a box around all surfaces; none without surfaces.
 fn corners(geometry: &Geometry) -> Vec<Vec3> {
-    let Some((lo, hi)) = geometry.bounds() else {
-        return Vec::new();
-    };
-    let corner = |i: usize| {
-        let pick = |bit: usize, lo: f32, hi: f32| if i >> bit & 1 == 0 { lo } else { hi };
+    let bounds = geometry.bounds();
+    bounds.map_or(Vec::new(), |(lo, hi)| box_corners(lo, hi).into())
+}
+
+/// The corners of a box.
+pub(super) fn box_corners(lo: Vec3, hi: Vec3) -> [Vec3; 8] {
+    let pick = |bit: usize, lo: f32, hi: f32| if bit & 1 == 0 { lo } else { hi };
+    std::array::from_fn(|i| {
         Vec3::new(
-            pick(0, lo.x, hi.x),
-            pick(1, lo.y, hi.y),
-            pick(2, lo.z, hi.z),
+            pick(i, lo.x, hi.x),
+            pick(i >> 1, lo.y, hi.y),
+            pick(i >> 2, lo.z, hi.z),
         )
-    };
-    (0..8).map(corner).collect()
+    })
 }

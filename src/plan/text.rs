@@ -1,7 +1,18 @@
 //! A plan as a person reads it.
 
-use super::{Cause, Effect, Finding, Plan, Strategy, Verdict};
+use super::{Cause, Chosen, Effect, Finding, Plan, Strategy, Verdict};
 use std::fmt::Write;
+
+/// Lights of which it is told how often they are chosen.
+const CHOSEN: usize = 3;
+
+/// How it is chosen among them, and why not by what a look finds.
+const BY_POWER: &str =
+    "chosen by luminous power, which is known without rays, so that none is missed";
+
+/// Why the shares are what they are where there are deltas.
+const WHATEVER_IS_FOUND: &str = "caustic and multichain have a share whether a look finds such paths or not: it misses those \
+                                 that are hardest to find";
 
 impl Plan {
     /// Every effect with its cause or what is skipped, the strategies, the wavelengths, the lights.
@@ -12,6 +23,9 @@ impl Plan {
             let _ = writeln!(t, "  {:<12} {word:<9} {rest}", f.effect.name());
         }
         let _ = writeln!(t, "strategies     {}", self.strategies());
+        if self.on(Effect::Caustic) || self.on(Effect::MultiChain) {
+            let _ = writeln!(t, "               {WHATEVER_IS_FOUND}");
+        }
         let _ = writeln!(t, "wavelengths    {}", self.wavelengths());
         let _ = writeln!(t, "lights         {}", self.lights());
         let _ = writeln!(
@@ -19,8 +33,10 @@ impl Plan {
             "path length    storage for up to {} edges; none is cut shorter",
             self.max_edges
         );
-        if !self.unused.is_empty() {
-            let _ = writeln!(t, "left aside     {}", several(&self.unused));
+        for aside in [&self.unused, &self.unseen] {
+            if !aside.is_empty() {
+                let _ = writeln!(t, "left aside     {}", several(aside));
+            }
         }
         t
     }
@@ -84,6 +100,17 @@ impl Plan {
     fn lights(&self) -> String {
         let lit = self.lit.iter().filter(|l| **l).count();
         let mut t = format!("{lit} of {} are sampled", self.lit.len());
+        if lit > 1 {
+            let _ = write!(t, ", {BY_POWER}");
+        }
+        if self.chosen.len() > 1 {
+            let told = |c: &Chosen| format!("{} {}", c.light, percent(c.part));
+            let most = self.chosen.iter().take(CHOSEN).map(told);
+            let _ = write!(t, ": {}", most.collect::<Vec<_>>().join(", "));
+        }
+        if self.chosen.len() > CHOSEN {
+            let _ = write!(t, " and {} more", self.chosen.len() - CHOSEN);
+        }
         for u in &self.unlit {
             let times = match u.count {
                 1 => String::new(),
@@ -92,6 +119,16 @@ impl Plan {
             let _ = write!(t, "; not {}{times}", u.light);
         }
         t
+    }
+}
+
+/// A part of a whole.
+fn percent(part: f64) -> String {
+    match 100.0 * part {
+        p if p >= 1.0 => format!("{p:.0} %"),
+        p if p >= 0.01 => format!("{p:.2} %"),
+        p if p > 0.0 => "below 0.01 %".into(),
+        _ => "never".into(),
     }
 }
 

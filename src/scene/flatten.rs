@@ -3,6 +3,7 @@
 
 use super::geometry::{Geometry, NONE, Quadric, Shape};
 use super::load::{quadric_mesh, uniform_scale};
+use super::subset::{keep, renumber};
 use super::{Instance, Light, Material, Scene, Source};
 use glam::{DAffine3, DVec3, Vec2, Vec3};
 
@@ -260,11 +261,7 @@ pub fn put_behind(scene: &mut Scene) {
     let dark: Vec<bool> = g.prim_light.iter().map(|l| *l == NONE).collect();
     keep(&mut object, |prim| dark[prim]);
     keep(g, |prim| !dark[prim]);
-    for (prim, light) in g.prim_light.iter().enumerate() {
-        if let Some(Light::Area { prim: p, .. }) = scene.lights.get_mut(*light as usize) {
-            *p = prim as u32;
-        }
-    }
+    renumber(&mut scene.lights, g);
     let Some((lo, hi)) = object.bounds() else {
         return;
     };
@@ -277,16 +274,4 @@ pub fn put_behind(scene: &mut Scene) {
     let of = shapes.first().cloned();
     let source = of.unwrap_or_else(|| Source::unknown("the world"));
     scene.sources.objects.push((source, shapes));
-}
-
-/// Leaves only the primitives for which `which` holds.
-fn keep(g: &mut Geometry, which: impl Fn(usize) -> bool) {
-    let mut prim = 0..;
-    let mut next = || which(prim.next().expect("without end"));
-    g.triangles.retain(|_| next());
-    g.quadrics.retain(|_| next());
-    for list in [&mut g.prim_shape, &mut g.prim_light] {
-        let mut prim = 0..;
-        list.retain(|_| which(prim.next().expect("without end")));
-    }
 }

@@ -9,6 +9,7 @@ pub mod load;
 pub mod material;
 pub mod source;
 pub mod spectrum;
+pub mod subset;
 pub mod texture;
 
 pub use camera::Camera;

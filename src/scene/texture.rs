@@ -180,7 +180,11 @@ pub enum FloatTexture {
 impl FloatTexture {
     /// The same everywhere.
     pub fn is_uniform(&self) -> bool {
-        matches!(self, Self::Constant(_))
+        match self {
+            Self::Constant(_) => true,
+            Self::Scale(a, b) => a.is_uniform() && b.is_uniform(),
+            Self::Image(_) | Self::Checkerboard(..) => false,
+        }
     }
 
     /// Value at `uv`.
@@ -212,7 +216,11 @@ pub enum SpectrumTexture {
 impl SpectrumTexture {
     /// The same everywhere.
     pub fn is_uniform(&self) -> bool {
-        matches!(self, Self::Constant(_))
+        match self {
+            Self::Constant(_) => true,
+            Self::Scale(a, b) => a.is_uniform() && b.is_uniform(),
+            Self::Image(_) | Self::Checkerboard(..) => false,
+        }
     }
 
     /// Value at `uv` for the wavelengths of `lanes`.

@@ -3,9 +3,12 @@
 mod decide;
 mod effects;
 mod images;
+mod kinds;
+mod lights;
 mod objects;
 mod reach;
 mod scenes;
+mod unseen;
 
 use metrolux::scene::Scene;
 use metrolux::scene::load::{LoadOptions, load_str};

@@ -47,6 +47,10 @@ fn json_has_every_effect_with_its_causes() {
     assert_eq!(told["lanes"], 4);
     assert!(told["strategies"]["caustic"].as_f64().expect("a share") > 0.0);
     assert_eq!(told["embree"]["filter_callback"], false);
+    assert_eq!(told["lights"]["chosen_by"], "luminous_power");
+    let parts = told["lights"]["chosen"].as_array().expect("a list");
+    let sum: f64 = parts.iter().filter_map(|c| c["part"].as_f64()).sum();
+    assert!((sum - 1.0).abs() < 1e-9 && parts[0]["light"]["at"].is_string());
 }
 
 #[test]
