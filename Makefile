@@ -13,13 +13,19 @@ render: all
 	mkdir -p out
 	target/release/metrolux render scenes/ajar/ajar.pbrt -o out/ajar.exr -o out/ajar.png
 
-# What accuracy costs in time, a page for each of four scenes: out/study/NAME/index.html. Goes on where it stopped.
+# What accuracy costs in time, a page for each of four scenes: out/study/NAME/index.html. Goes on where it stopped. Two at
+# once on a machine of two cores: make -j2 study STUDY_OPTIONS='--clock cpu' STUDY_RENDER='--threads 1'
 STUDY_BUDGET ?= 10m
-study: all
-	for s in ajar/ajar caustic/caustic-x1 pool/pool cornell/cornell; do \
-		target/release/metrolux study scenes/$$s.pbrt -o out/study/$${s##*/} --budget $(STUDY_BUDGET) \
-			-- --resolution $$(case $$s in (ajar*) echo 128x72;; (*) echo 96x96;; esac) || exit; \
-	done
+STUDY_OPTIONS ?=
+STUDY_RENDER ?=
+STUDIES = $(addprefix study/,ajar/ajar caustic/caustic-x1 pool/pool cornell/cornell)
+
+.PHONY: $(STUDIES)
+study: $(STUDIES)
+
+$(STUDIES): study/%: all
+	target/release/metrolux study scenes/$*.pbrt -o out/study/$(notdir $*) --budget $(STUDY_BUDGET) $(STUDY_OPTIONS) \
+		-- --resolution $(if $(findstring ajar,$*),128x72,96x96) $(STUDY_RENDER)
 
 test: deps
 	$(CARGO) test

@@ -17,6 +17,8 @@ const GAIN: f64 = 2.0;
 pub struct Decisions {
     /// Who computes direct light.
     pub direct: Direct,
+    /// The command line says so.
+    pub asked: bool,
     /// Samples of the direct pass, if there is one.
     pub direct_rate: DirectRate,
     /// The target is divided by a coarse image.
@@ -36,6 +38,7 @@ impl Decisions {
                 _ if args.mlt == MltArg::Relative => Direct::InChain,
                 DirectArg::Auto | DirectArg::Separate => Direct::Separate,
             },
+            asked: true,
             direct_rate: MltOptions::default().direct_rate,
             two_stage: args.two_stage == TwoStageArg::On,
             chain: true,
@@ -73,6 +76,7 @@ impl Decisions {
         let constant = MltOptions::default().direct_rate;
         Self {
             direct,
+            asked: args.direct() != DirectArg::Auto || relative,
             direct_rate: probe.as_ref().map_or(constant, Probe::rate),
             two_stage: two_stage && chain,
             chain,
@@ -96,20 +100,28 @@ impl Decisions {
             return [format!("{direct}, {asked}"), format!("{stages}, {asked}")];
         };
         let all = p.direct + p.indirect;
-        let why = if p.direct > 0.0 {
+        let samples = p.rate().samples(100.0);
+        let why = if self.asked {
+            let pass = format!(", with {samples:.0} samples beside 100 mutations");
+            let separate = self.direct == Direct::Separate;
             format!(
-                "it is {:.0} % of the light, {:.0} % of connections carry some; a separate pass, with {:.0} samples beside \
+                "as the command line says{}",
+                if separate { &pass } else { "" }
+            )
+        } else if p.direct > 0.0 {
+            format!(
+                "it is {:.0} % of the light, {:.0} % of connections carry some; a separate pass, with {samples:.0} samples beside \
                  100 mutations, leaves {:.2} times the squared error that the chain alone would",
                 100.0 * p.direct / all,
                 100.0 * p.success,
-                p.rate().samples(100.0),
                 p.separate_over_chain()
             )
         } else {
             format!("none was found in {} samples", p.samples)
         };
+        let colon = if self.asked { "," } else { ":" };
         [
-            format!("{direct}: {why}"),
+            format!("{direct}{colon} {why}"),
             format!(
                 "{stages}: samples spread evenly would divide the relative variance by {:.1} and multiply the absolute one by \
                  {:.1}; {:.0} % of the indirect light meets a delta",

@@ -93,13 +93,15 @@ impl Identity {
                 o.rounds_per_generation,
             ],
             other: format!(
-                "{} {} {} {} {} {} {}",
+                "{} {} {} {} {} {}",
                 o.weigh_deletions,
                 o.expected_values,
                 o.stratify,
                 o.entry_uses,
-                o.direct_rate.noise,
-                o.direct_rate.edges,
+                // Otherwise a function of scene, settings and seed.
+                args.tuning
+                    .direct_rate
+                    .map_or("look".into(), |r| r.to_string()),
                 o.relative
             ),
         };

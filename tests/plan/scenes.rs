@@ -70,10 +70,14 @@ fn decisions_are_told_and_can_be_made_by_the_user() {
     let all = decisions(&[]);
     assert_eq!(all["direct"], "in_chain");
     assert_eq!(all["probe"]["samples"], 4096);
-    let own = decisions(&["--direct", "separate", "--two-stage"]);
-    assert_eq!(own["direct"], "separate");
+    let own = decisions(&["--direct", "chain", "--two-stage"]);
+    assert_eq!(own["direct"], "in_chain");
     assert_eq!(own["two_stage"], true);
     assert!(own["probe"].is_null(), "nothing is left to find out");
+    let own = decisions(&["--direct", "separate", "--two-stage"]);
+    assert_eq!(own["direct"], "separate");
+    assert_eq!(own["asked"], true);
+    assert!(own["direct_rate"]["noise"].as_f64() > Some(0.0), "{own}");
     assert_eq!(decisions(&["--two-stage=off"])["two_stage"], false);
     // One scattering: the direct pass is all there is.
     let short = decisions(&["--max-depth", "1"]);
