@@ -170,13 +170,10 @@ pub fn seconds(args: &RenderArgs) -> Result<Interval, CliError> {
         });
         return Ok(needed.map(|r| clock.seconds(r.min(most))));
     }
-    let (mut times, mut spent) = (Vec::new(), 0.0);
-    let mut rounds = 1u64;
-    while times.len() < 2 || (times.len() < 6 && spent < PACE) {
-        let (_, seconds) = render(args, rounds, times.len() as u64)?;
-        spent += seconds;
-        times.push((rounds as f64, seconds));
-        rounds = (rounds as f64 * (PACE / seconds).clamp(2.0, 64.0)) as u64;
+    let mut times = Vec::new();
+    while let Some(rounds) = Pace::next_pilot(&times, PACE) {
+        let (_, seconds) = render(args, rounds as u64, times.len() as u64)?;
+        times.push((rounds, seconds));
     }
     let warm = if times.len() > 2 { &times[1..] } else { &times };
     let clock = Clock {

@@ -26,7 +26,7 @@ const PARTS: usize = 4;
 /// The page is written at most this often.
 const REFRESH: Duration = Duration::from_secs(10);
 /// A pilot goes on until it has lasted so long.
-const PILOT: f64 = 0.1;
+const PILOT: f64 = 0.25;
 
 /// The scene with the options that every image shares.
 pub fn base(scene: &Path, shared: &[String], command: &str) -> Result<Prepared, CliError> {
@@ -131,10 +131,8 @@ impl<'a> Runner<'a> {
         let mut square = None;
         let mut times = Vec::new();
         let mut around = 0.0f64;
-        let mut rounds = 1u64;
-        while times.len() < 2
-            || (times.len() < 5 && times.iter().map(|t: &(f64, f64)| t.1).sum::<f64>() < PILOT)
-        {
+        while let Some(rounds) = Pace::next_pilot(&times, PILOT) {
+            let rounds = even(rounds);
             let begin = Instant::now();
             let command = self.command(setting, rounds, 1);
             let (point, _) = self.render(&command, rounds, 1, 0, None, &Quiet)?;
@@ -142,7 +140,6 @@ impl<'a> Runner<'a> {
             times.push((rounds as f64, seconds));
             square = point.claimed.map(|e| e * e * rounds as f64).or(square);
             around = around.max(begin.elapsed().as_secs_f64() - point.wall_seconds);
-            rounds = even((rounds as f64 * (PILOT / seconds).clamp(2.0, 64.0)).max(2.0));
         }
         let pace = Pace::of(&times);
         self.pilots.scene_hash.clone_from(&self.scene_hash);

@@ -144,6 +144,9 @@ impl Fit {
     }
 }
 
+/// Pilots at most: after so many the last does at least 2⁵ times the first's work.
+const PILOTS: usize = 6;
+
 /// Seconds that some work takes: a start that does not depend on it, and so much for each unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pace {
@@ -180,6 +183,20 @@ impl Pace {
         }
     }
 
+    /// Work of the next pilot, given work and seconds of those made; `None` when they tell the pace: they have lasted `least`
+    /// seconds together, and the last took twice as long as the first, so that what work costs stands out of the start.
+    pub fn next_pilot(made: &[(f64, f64)], least: f64) -> Option<f64> {
+        let (Some(&(_, first)), Some(&(work, last))) = (made.first(), made.last()) else {
+            return Some(1.0);
+        };
+        let lasted = made.iter().map(|(_, t)| t).sum::<f64>();
+        let told = made.len() >= 2 && lasted >= least && last >= 2.0 * first;
+        // Quick ones grow by more, so that a start does not hide the work for long.
+        let growth = if last < 4.0 * least { 8.0 } else { 2.0 };
+        let next = work * (least / last).clamp(growth, 64.0);
+        (!told && made.len() < PILOTS).then(|| next.floor())
+    }
+
     /// Seconds for some work.
     pub fn seconds(&self, work: f64) -> f64 {
         self.start + self.each * work
@@ -208,6 +225,36 @@ mod tests {
                 (w, 0.3 * w.powf(slope) * (scatter * noise(&mut rng)).exp())
             })
             .collect()
+    }
+
+    /// A start of a second, work of a hundredth: pilots go on until the work is seen.
+    #[test]
+    fn pilots_go_on_until_work_stands_out_of_the_start() {
+        let mut made = Vec::new();
+        while let Some(work) = Pace::next_pilot(&made, 0.5) {
+            made.push((work, 1.0 + 0.01 * work));
+        }
+        let works: Vec<f64> = made.iter().map(|p| p.0).collect();
+        assert_eq!(works, [1.0, 8.0, 64.0, 512.0]);
+        // Without a start as many as fill the time.
+        made.clear();
+        while let Some(work) = Pace::next_pilot(&made, 0.5) {
+            made.push((work, 0.01 * work));
+        }
+        assert_eq!(made.last(), Some(&(50.0, 0.5)));
+        // Long ones only double.
+        made.clear();
+        while let Some(work) = Pace::next_pilot(&made, 0.5) {
+            made.push((work, 3.0 + work));
+        }
+        let works: Vec<f64> = made.iter().map(|p| p.0).collect();
+        assert_eq!(works, [1.0, 2.0, 4.0, 8.0]);
+        // A clock that stands still ends it too.
+        made.clear();
+        while let Some(work) = Pace::next_pilot(&made, 0.5) {
+            made.push((work, 1.0));
+        }
+        assert_eq!(made.len(), PILOTS);
     }
 
     #[test]
