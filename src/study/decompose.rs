@@ -5,7 +5,7 @@
 //! whose spread tells its variance u. So the mean over the pixels of (M − r)² − v/W − u is the squared bias, without the
 //! noise of either; it may come out below 0.
 
-use super::interval::{Interval, Mean};
+use super::interval::{CONFIDENCE, Interval, Mean};
 use serde::Serialize;
 
 /// An image of the setting that is judged.
@@ -78,13 +78,17 @@ pub struct Parts {
     pub bias: Interval,
     /// Mean squared bias of the pixels; the bounds are Student's t over repeats and over parts of the reference.
     pub floor_square: Interval,
+    /// It is told from 0, at a level that holds for all settings of a page together.
+    pub told: bool,
 }
+
+/// Settings on a page, about: by each of them alone every other page would call an unbiased setting biased.
+const SETTINGS: f64 = 20.0;
 
 impl Parts {
     /// Relative root-mean-square error that no amount of work takes away, where it is told from 0.
     pub fn floor(&self) -> Option<Interval> {
-        let found = self.floor_square.low > 0.0;
-        found.then(|| self.floor_square.map(f64::sqrt))
+        self.told.then(|| self.floor_square.map(f64::sqrt))
     }
 }
 
@@ -138,10 +142,14 @@ pub fn decompose(samples: &[Sample], truth: &Truth) -> Option<Parts> {
         .minus(truth.mean())
         .interval()
         .map(|b| b / mean);
+    let floor = own.minus(reference);
+    // Šidák.
+    let all = CONFIDENCE.powf(1.0 / SETTINGS);
     Some(Parts {
         variance,
         bias,
-        floor_square: own.minus(reference).interval(),
+        floor_square: floor.interval(),
+        told: floor.interval_of(all).low > 0.0,
     })
 }
 

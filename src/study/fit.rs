@@ -2,10 +2,15 @@
 //!
 //! An unbiased estimator's relative error is √(V/w), a line of slope −1/2 in logarithms. Where the measured slope lies
 //! within one standard error of −1/2 it is taken to be that; else the line found is followed, and what it says beyond the
-//! measured range is marked. (Within the whole interval would be too generous: the choice would cost coverage.) A setting with a floor F follows V/w + F² instead.
+//! measured range is marked. (Within the whole interval would be too generous: the choice would cost coverage. But where
+//! the slope is hardly known, what a free one says of times beyond is nothing.) A setting with a floor F follows V/w + F²
+//! instead.
 
 use super::interval::{CONFIDENCE, Interval, t_quantile};
 use serde::{Deserialize, Serialize};
+
+/// A slope whose interval is ± this or wider is hardly known: a line of two or three levels near a long start.
+const HARDLY: f64 = 0.25;
 
 /// A line through ln error over ln work.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -14,7 +19,7 @@ pub struct Fit {
     pub points: usize,
     /// Slope found, with its interval.
     pub slope: Interval,
-    /// Slope used: −1/2 where that is within a standard error.
+    /// Slope used: −1/2 where that is within a standard error, or within an interval that hardly tells a slope.
     pub used: f64,
     /// Mean of ln work.
     x: f64,
@@ -62,7 +67,8 @@ pub fn fit(points: &[(f64, f64)]) -> Option<Fit> {
     };
     let se = scatter(free, n - 2.0) / sxx.sqrt();
     let half = t_quantile(n - 2.0, CONFIDENCE) * se;
-    let fixed = (free + 0.5).abs() <= se.max(1e-9);
+    let off = (free + 0.5).abs();
+    let fixed = off <= se.max(1e-9) || (half > HARDLY && off <= half);
     let (used, freedom) = if fixed {
         (-0.5, n - 1.0)
     } else {
@@ -255,6 +261,21 @@ mod tests {
             made.push((work, 1.0));
         }
         assert_eq!(made.len(), PILOTS);
+    }
+
+    /// Two levels a factor of three apart, four noisy images each: a free slope would be wild.
+    #[test]
+    fn a_slope_that_is_hardly_known_is_the_one_of_noise() {
+        let errors = [0.75, 0.38, 0.5, 0.36, 0.45, 0.3, 0.48, 0.42];
+        let works = [1.0, 1.0, 1.0, 1.0, 3.0, 3.0, 3.0, 3.0];
+        let of: Vec<(f64, f64)> = works.into_iter().zip(errors).collect();
+        let f = fit(&of).expect("a line");
+        let half = 0.5 * (f.slope.high - f.slope.low);
+        assert!(half > HARDLY && (f.slope.value + 0.5).abs() > half / 3.0);
+        assert_eq!(f.used, -0.5);
+        // Far from it the slope is followed, however wide.
+        let steep: Vec<(f64, f64)> = of.iter().map(|(w, e)| (*w, e * w)).collect();
+        assert_ne!(fit(&steep).expect("a line").used, -0.5);
     }
 
     #[test]

@@ -101,7 +101,12 @@ impl Mean {
 
     /// The interval of Student's t at [`CONFIDENCE`].
     pub fn interval(self) -> Interval {
-        let t = t_quantile(self.freedom, CONFIDENCE);
+        self.interval_of(CONFIDENCE)
+    }
+
+    /// That of another confidence.
+    pub fn interval_of(self, confidence: f64) -> Interval {
+        let t = t_quantile(self.freedom, confidence);
         // Without spread and without a degree of freedom the interval is everything.
         let half = t * self.variance.sqrt();
         let half = if half.is_nan() { f64::INFINITY } else { half };
