@@ -26,7 +26,7 @@ const PARTS: usize = 4;
 /// The page is written at most this often.
 const REFRESH: Duration = Duration::from_secs(10);
 /// A pilot goes on until it has lasted so long.
-const PILOT: f64 = 0.25;
+const PILOT: f64 = 0.1;
 
 /// The scene with the options that every image shares.
 pub fn base(scene: &Path, shared: &[String], command: &str) -> Result<Prepared, CliError> {

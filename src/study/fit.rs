@@ -153,6 +153,9 @@ impl Fit {
 /// Pilots at most: after so many the last does at least 2⁵ times the first's work.
 const PILOTS: usize = 6;
 
+/// Seconds of a quick pilot.
+const QUICK: f64 = 2.0;
+
 /// Seconds that some work takes: a start that does not depend on it, and so much for each unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pace {
@@ -197,8 +200,9 @@ impl Pace {
         };
         let lasted = made.iter().map(|(_, t)| t).sum::<f64>();
         let told = made.len() >= 2 && lasted >= least && last >= 2.0 * first;
-        // Quick ones grow by more, so that a start does not hide the work for long.
-        let growth = if last < 4.0 * least { 8.0 } else { 2.0 };
+        // A start does not hide the work of quick ones for long.
+        let hidden = last < 2.0 * first && last < QUICK;
+        let growth = if hidden { 8.0 } else { 2.0 };
         let next = work * (least / last).clamp(growth, 64.0);
         (!told && made.len() < PILOTS).then(|| next.floor())
     }
