@@ -387,6 +387,17 @@ fn bench_accel_says_what_it_cannot_read() {
     }
 }
 
+/// What follows the view in a scene of hills.
+const UNDER_THE_SKY: &str = r#"
+        Camera "perspective" "float fov" [45]
+        Film "rgb" "integer xresolution" [320] "integer yresolution" [240]
+        Integrator "path" "integer maxdepth" [4]
+        WorldBegin
+        LightSource "infinite" "rgb L" [0.4 0.45 0.6]
+        LightSource "distant" "point3 from" [1 -1 1] "point3 to" [0 0 0] "rgb L" [2 2 1.8]
+        Material "diffuse" "rgb reflectance" [0.5 0.4 0.3]
+"#;
+
 /// The stats of hills.pbrt in a folder, rendered with a backend.
 fn render_hills(folder: &Path, accel: &str) -> serde_json::Value {
     let out = Command::cargo_bin("metrolux")
@@ -424,17 +435,8 @@ fn ten_million_triangles_load_build_and_render_within_8_gib() {
     drop(g);
     std::fs::write(folder.path().join("hills.ply"), &ply).expect("written");
     drop(ply);
-    let scene = r#"
-        LookAt 0.5 -0.6 1.3  0.5 0.5 0.5  0 0 1
-        Camera "perspective" "float fov" [45]
-        Film "rgb" "integer xresolution" [320] "integer yresolution" [240]
-        Integrator "path" "integer maxdepth" [4]
-        WorldBegin
-        LightSource "infinite" "rgb L" [0.4 0.45 0.6]
-        LightSource "distant" "point3 from" [1 -1 1] "point3 to" [0 0 0] "rgb L" [2 2 1.8]
-        Material "diffuse" "rgb reflectance" [0.5 0.4 0.3]
-        Shape "plymesh" "string filename" "hills.ply"
-    "#;
+    let look = "LookAt 0.5 -0.6 1.3  0.5 0.5 0.5  0 0 1";
+    let scene = format!("{look}{UNDER_THE_SKY}Shape \"plymesh\" \"string filename\" \"hills.ply\"");
     std::fs::write(folder.path().join("hills.pbrt"), scene).expect("written");
     for accel in ["embree", "obvhs"] {
         let stats = render_hills(folder.path(), accel);
@@ -463,20 +465,9 @@ fn a_million_instances_load_build_and_render() {
     use std::fmt::Write;
     let folder = tempfile::tempdir().expect("a folder");
     let g = metrolux::study::bench_accel::terrain::terrain(1000);
-    let mut scene = String::from(
-        r#"
-        LookAt 500 -300 400  500 500 0  0 0 1
-        Camera "perspective" "float fov" [45]
-        Film "rgb" "integer xresolution" [320] "integer yresolution" [240]
-        Integrator "path" "integer maxdepth" [4]
-        WorldBegin
-        LightSource "infinite" "rgb L" [0.4 0.45 0.6]
-        LightSource "distant" "point3 from" [1 -1 1] "point3 to" [0 0 0] "rgb L" [2 2 1.8]
-        Material "diffuse" "rgb reflectance" [0.5 0.4 0.3]
-        ObjectBegin "hill"
-        Shape "trianglemesh" "point3 P" [
-        "#,
-    );
+    let look = "LookAt 500 -300 400  500 500 0  0 0 1";
+    let object = r#"ObjectBegin "hill" Shape "trianglemesh" "point3 P" ["#;
+    let mut scene = format!("{look}{UNDER_THE_SKY}{object}");
     for p in &g.positions[..g.positions.len() - 1] {
         let _ = write!(scene, "{} {} {} ", p.x, p.y, p.z);
     }
