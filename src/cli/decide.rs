@@ -1,12 +1,16 @@
-//! What is decided by a look at the scene with rays: who computes direct light, and whether a coarse image evens out the
-//! samples. The look is a fixed number of samples, so the decisions depend on scene, options and seed alone.
+//! What is decided by a look at the scene with rays: who computes direct light, whether a coarse image evens out the
+//! samples, and how often each strategy is proposed. The look is a fixed number of samples and mutations, so the decisions
+//! depend on scene, options and seed alone.
 
+use super::engine::mlt_options;
+use super::job::Job;
 use super::render_args::{DirectArg, MltArg, RenderArgs, TwoStageArg};
 use crate::accel::Accel;
-use crate::chain::{Direct, DirectRate, MltOptions};
+use crate::chain::{Direct, DirectRate, MltOptions, Pilot, Shares};
 use crate::integrator::Probe;
+use crate::mutation::Strategy;
 use crate::path::{Tally, World};
-use crate::plan::{Effect, Plan};
+use crate::plan::Effect;
 use serde::Serialize;
 
 /// The gain of dark tiles (see [`Probe::range`]) from which a second stage is worth its coarse image.
@@ -25,13 +29,18 @@ pub struct Decisions {
     pub two_stage: bool,
     /// There are paths for a Markov chain to own; otherwise the direct pass is the image.
     pub chain: bool,
+    /// Shares of the strategies; reports tell them with what the strategies did.
+    #[serde(skip)]
+    pub shares: Shares,
     /// What the look saw; without one the command line decided.
     pub probe: Option<Probe>,
+    /// What the pilot saw that decided on the shares, if one did.
+    pub pilot: Option<Pilot>,
 }
 
 impl Decisions {
     /// What the command line says, and where it says nothing what is done without a look.
-    pub fn asked(args: &RenderArgs) -> Self {
+    pub fn asked(args: &RenderArgs, job: &Job) -> Self {
         Self {
             direct: match args.direct() {
                 DirectArg::Chain => Direct::InChain,
@@ -42,18 +51,20 @@ impl Decisions {
             direct_rate: MltOptions::default().direct_rate,
             two_stage: args.two_stage == TwoStageArg::On,
             chain: true,
+            shares: job.plan.shares,
             probe: None,
+            pilot: None,
         }
     }
 
     /// Decides what the command line leaves open; rays and faults of a look go into `tally`.
     pub fn new<const N: usize, A: Accel>(
         args: &RenderArgs,
-        plan: &Plan,
+        job: &Job,
         world: &World<A>,
         tally: &mut Tally,
     ) -> Self {
-        let chain = plan.on(Effect::Indirect)
+        let chain = job.plan.on(Effect::Indirect)
             || args.direct() == DirectArg::Chain
             || args.mlt == MltArg::Relative;
         let open = args.direct() != DirectArg::Chain || args.two_stage == TwoStageArg::Auto;
@@ -74,14 +85,53 @@ impl Decisions {
             _ => false,
         };
         let constant = MltOptions::default().direct_rate;
-        Self {
+        let decided = Self {
             direct,
             asked: args.direct() != DirectArg::Auto || relative,
             direct_rate: probe.as_ref().map_or(constant, Probe::rate),
             two_stage: two_stage && chain,
             chain,
+            shares: job.plan.shares,
             probe,
+            pilot: None,
+        };
+        if !chain || args.mutate.is_some() {
+            return decided;
         }
+        let options = mlt_options(args, job, &decided);
+        let pilot = Pilot::new::<N, A>(world, &options, args.seed, tally);
+        Self {
+            shares: pilot.shares(&job.plan.shares),
+            pilot: Some(pilot),
+            ..decided
+        }
+    }
+
+    /// The shares, and where they come from.
+    pub fn shares(&self) -> String {
+        let of = |s: Strategy| match self.shares.get(s) {
+            share if share > 0.0 => Some(format!("{} {:.0} %", s.name(), 100.0 * share)),
+            _ => None,
+        };
+        let all: Vec<String> = Strategy::ALL.into_iter().filter_map(of).collect();
+        let why = match &self.pilot {
+            _ if !self.chain => return "none: there is no other light".into(),
+            None => ", as the command line says".into(),
+            Some(pilot) => {
+                let worth = |s: &Strategy| format!("{:.0} %", 100.0 * pilot.worth(*s));
+                let shared = |s: &Strategy| self.shares.get(*s) > 0.0 && *s != Strategy::Wavelength;
+                let worth: Vec<String> = Strategy::ALL
+                    .iter()
+                    .filter(|s| shared(s))
+                    .map(worth)
+                    .collect();
+                format!(
+                    ": above their floors by what went to another pixel in a pilot, {} of the proposals",
+                    worth.join(", ")
+                )
+            }
+        };
+        all.join(", ") + &why
     }
 
     /// A line about direct light and one about the stages, each with its reason.

@@ -127,7 +127,7 @@ pub fn mlt_options(args: &RenderArgs, job: &Job, decided: &Decisions) -> MltOpti
         direct: decided.direct,
         direct_rate: decided.direct_rate,
         bins: sampled_bins(job),
-        shares: job.plan.shares,
+        shares: decided.shares,
         test_samples: decided.two_stage.then_some(TEST_SAMPLES),
         chains: one.unwrap_or(of.chains),
         entry_uses: one.unwrap_or(of.entry_uses),
@@ -152,10 +152,10 @@ pub fn decide(args: &RenderArgs, prepared: &Prepared) -> Result<Decisions, CliEr
     let pool = threads(job.threads)?;
     let tally = &mut Tally::default();
     Ok(pool.install(|| match job.plan.lanes {
-        1 => Decisions::new::<1, _>(args, &job.plan, &world, tally),
-        4 => Decisions::new::<4, _>(args, &job.plan, &world, tally),
-        8 => Decisions::new::<8, _>(args, &job.plan, &world, tally),
-        _ => Decisions::new::<16, _>(args, &job.plan, &world, tally),
+        1 => Decisions::new::<1, _>(args, job, &world, tally),
+        4 => Decisions::new::<4, _>(args, job, &world, tally),
+        8 => Decisions::new::<8, _>(args, job, &world, tally),
+        _ => Decisions::new::<16, _>(args, job, &world, tally),
     }))
 }
 
@@ -306,8 +306,8 @@ fn with_lanes<const N: usize, A: Accel>(
     let begun = (Instant::now(), processor_seconds());
     let mut looks = Tally::default();
     let decisions = match job.integrator {
-        IntegratorKind::Mlt => Decisions::new::<N, A>(args, &job.plan, &world, &mut looks),
-        IntegratorKind::Pt | IntegratorKind::Bdpt => Decisions::asked(args),
+        IntegratorKind::Mlt => Decisions::new::<N, A>(args, job, &world, &mut looks),
+        IntegratorKind::Pt | IntegratorKind::Bdpt => Decisions::asked(args, job),
     };
     let options = mlt_options(args, job, &decisions);
     let identity = Identity::new(args, job, scene, &options, &told.embree);

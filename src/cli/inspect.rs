@@ -71,7 +71,7 @@ fn lanes<const N: usize, W: Work>(
     let world = World::new(scene, &accel, scene.settings.max_depth)
         .with_target(job.target)
         .with_plan(&job.plan);
-    let decisions = Decisions::new::<N, Asked>(args, &job.plan, &world, &mut Tally::default());
+    let decisions = Decisions::new::<N, Asked>(args, job, &world, &mut Tally::default());
     let options = mlt_options(args, job, &decisions);
     let i0 = test_image::<N, Asked>(&world, &options, args.seed, &mut Tally::default());
     let set = Setting {

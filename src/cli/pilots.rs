@@ -65,7 +65,7 @@ fn is_mlt(prepared: &Prepared) -> bool {
 
 /// How chains are run, where there are any.
 fn options(args: &RenderArgs, prepared: &Prepared) -> Option<MltOptions> {
-    let options = || mlt_options(args, &prepared.job, &Decisions::asked(args));
+    let options = || mlt_options(args, &prepared.job, &Decisions::asked(args, &prepared.job));
     is_mlt(prepared).then(options)
 }
 

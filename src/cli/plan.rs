@@ -154,6 +154,7 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode, CliError> {
         IntegratorKind::Mlt => Some(engine::decide(&args.render, &prepared)?),
         IntegratorKind::Pt | IntegratorKind::Bdpt => None,
     };
+    let shares = decisions.as_ref().map_or(plan.shares, |d| d.shares);
     let integrator = format!("{:?}", job.integrator).to_lowercase();
     if args.json {
         let told = Told {
@@ -167,7 +168,7 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode, CliError> {
             effects: &plan.findings,
             strategies: Strategy::ALL
                 .iter()
-                .map(|s| (s.name(), plan.shares.get(*s)))
+                .map(|s| (s.name(), shares.get(*s)))
                 .collect(),
             lights: Lights {
                 sampled: plan.lit.iter().filter(|l| **l).count(),
@@ -189,7 +190,9 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode, CliError> {
     let [w, h] = scene.camera.resolution;
     println!("{}: {integrator}, {w}x{h}", args.render.scene.display());
     print!("{}", plan.text());
-    if let Some([direct, stages]) = decisions.as_ref().map(Decisions::text) {
+    if let Some(decided) = &decisions {
+        let [direct, stages] = decided.text();
+        println!("shares         {}", decided.shares());
         println!("direct light   {direct}");
         println!("stages         {stages}");
     }

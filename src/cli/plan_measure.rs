@@ -92,7 +92,7 @@ impl Setup {
 
     /// The same choice for both sides of a comparison: what the command line leaves open is as without a look.
     fn options(&self) -> MltOptions {
-        let decided = Decisions::asked(&self.args);
+        let decided = Decisions::asked(&self.args, &self.prepared.job);
         MltOptions {
             seeds: SEEDS,
             ..mlt_options(&self.args, &self.prepared.job, &decided)

@@ -9,7 +9,6 @@ use super::voice::{Level, Voice};
 use super::{CliError, replay, report};
 use crate::plan::Strategy;
 use serde_json::json;
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -83,8 +82,8 @@ pub fn announce(args: &RenderArgs, prepared: &Prepared, voice: &Voice) {
     voice.say(Level::Note, &job.plan.short());
     let on = job.plan.findings.iter().filter(|f| f.verdict.on());
     let effects: Vec<_> = on.map(|f| f.effect).collect();
-    let share = |s: &Strategy| (s.name(), job.plan.shares.get(*s));
-    let strategies: BTreeMap<_, _> = Strategy::ALL.iter().map(share).collect();
+    let shared = |s: &Strategy| (job.plan.shares.get(*s) > 0.0).then(|| s.name());
+    let strategies: Vec<_> = Strategy::ALL.iter().filter_map(shared).collect();
     let lanes = job.plan.lanes;
     voice.event(
         "plan",

@@ -202,7 +202,8 @@ pub struct RenderArgs {
     /// Shares of the mutation strategies (mlt), as bidirectional=0.5,lens=0.3,caustic=0.1,multichain=0.1,lenssubpath=0.1,wavelength=0.05
     ///
     /// Relative to each other; 0 removes a strategy, and so does not naming it (wavelength then has 5 %). Bidirectional
-    /// must be > 0. By default fixed shares, with caustic and multichain only where the scene calls for them.
+    /// must be > 0. By default a pilot whose image is thrown away fixes them before the first mutation, each above a floor,
+    /// with caustic and multichain only where the scene calls for them.
     #[arg(long, value_name = "STRATEGY=SHARE,…", value_parser = super::mutate::shares)]
     pub mutate: Option<Shares>,
     /// Effects to force or to leave out

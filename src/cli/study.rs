@@ -5,7 +5,7 @@ use super::bar::Bar;
 use super::parse::{duration, positive_count};
 use super::render_args::{self, RenderArgs};
 use super::signals::Signals;
-use super::study_run::{Runner, base};
+use super::study_run::{Runner, base, shares};
 use crate::scene::IntegratorKind;
 use crate::study::axes::{Axis, AxisName, Ground, axis};
 use crate::study::page::{Study, write};
@@ -94,7 +94,7 @@ pub fn run(args: &StudyArgs) -> Result<ExitCode, CliError> {
             IntegratorKind::Bdpt => "bdpt",
             IntegratorKind::Pt => "pt",
         },
-        shares: prepared.job.plan.shares,
+        shares: shares(&args.scene, &args.render, &prepared)?,
         max_depth: prepared.scene.settings.max_depth,
         lanes: prepared.job.plan.lanes,
     };

@@ -10,6 +10,8 @@ use super::while_running;
 use crate::integrator::{Progress, Quiet};
 use crate::mutation::Strategy;
 use crate::output::{Image, check_writable, read_windowed};
+use crate::plan::Shares;
+use crate::scene::IntegratorKind;
 use crate::study::axes::joined;
 use crate::study::fit::Pace;
 use crate::study::page::{Facts, Study};
@@ -47,6 +49,17 @@ pub fn base(scene: &Path, shared: &[String], command: &str) -> Result<Prepared, 
     }
     while_running::refuse(&args, command)?;
     Prepared::new(&args)
+}
+
+/// The shares that the render with these words has.
+///
+/// # Errors
+/// A backend that refuses, threads that cannot be started.
+pub fn shares(scene: &Path, shared: &[String], prepared: &Prepared) -> Result<Shares, CliError> {
+    match prepared.job.integrator {
+        IntegratorKind::Mlt => Ok(engine::decide(&parse(&words(scene, shared))?, prepared)?.shares),
+        IntegratorKind::Pt | IntegratorKind::Bdpt => Ok(prepared.job.plan.shares),
+    }
 }
 
 fn words(scene: &Path, more: &[String]) -> Vec<String> {

@@ -97,8 +97,10 @@ pub struct Plan {
     pub lanes: usize,
     /// The one spectrum of all lights, and what stands for it, in a scene without colour.
     pub grey: Option<(Curve, Grey)>,
-    /// Shares of the mutation strategies.
+    /// Shares of the mutation strategies: the user's, or those that a run has unless a pilot finds better ones.
     pub shares: Shares,
+    /// They are the user's.
+    pub asked: bool,
     /// For each light of the scene, whether it takes part.
     pub lit: Vec<bool>,
     /// How often each light is chosen: its luminous power, 0 for those that do not take part.
@@ -174,6 +176,7 @@ impl Plan {
         Self {
             lanes,
             shares,
+            asked: options.shares.is_some(),
             unlit: unlit(scene, &dark, &lit),
             unused: (0..live.len())
                 .filter(|i| !live[*i])

@@ -89,6 +89,12 @@ impl Shares {
         Self(v)
     }
 
+    /// The same share for every strategy that has one.
+    pub fn leveled(self) -> Self {
+        let n = self.0.iter().filter(|v| **v > 0.0).count().max(1) as f64;
+        Self(self.0.map(|v| if v > 0.0 { 1.0 / n } else { 0.0 }))
+    }
+
     /// The share of a strategy.
     pub fn get(&self, s: Strategy) -> f64 {
         self.0[s as usize]

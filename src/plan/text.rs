@@ -10,8 +10,8 @@ const CHOSEN: usize = 3;
 const BY_POWER: &str =
     "chosen by luminous power, which is known without rays, so that none is missed";
 
-/// Why the shares are what they are where there are deltas.
-const WHATEVER_IS_FOUND: &str = "caustic and multichain have a share whether a look finds such paths or not: it misses those \
+/// Why there are some where there are deltas.
+const WHATEVER_IS_FOUND: &str = "caustic and multichain have a share whether a pilot finds such paths or not: it misses those \
                                  that are hardest to find";
 
 impl Plan {
@@ -76,7 +76,7 @@ impl Plan {
             .collect()
     }
 
-    /// The strategies that have a share, and those that have none.
+    /// The strategies that have a share.
     fn strategies(&self) -> String {
         if !self.on(Effect::Indirect) && self.max_edges <= 2 {
             return "none".into();
@@ -84,7 +84,10 @@ impl Plan {
         let total: f64 = self.shares.0.iter().sum();
         let each = Strategy::ALL.into_iter().filter_map(|s| {
             let share = self.shares.get(s);
-            (share > 0.0).then(|| format!("{} {:.0} %", s.name(), 100.0 * share / total))
+            (share > 0.0).then(|| match self.asked {
+                true => format!("{} {:.0} %", s.name(), 100.0 * share / total),
+                false => s.name().into(),
+            })
         });
         each.collect::<Vec<_>>().join(", ")
     }
