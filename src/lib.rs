@@ -15,6 +15,7 @@ pub mod mutation;
 pub mod output;
 pub mod path;
 pub mod plan;
+pub mod real;
 pub mod sampling;
 pub mod scatter;
 pub mod scene;

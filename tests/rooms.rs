@@ -167,6 +167,8 @@ fn data_flows_one_way() {
         let parts: Vec<&str> = name.iter().map(|p| p.to_str().expect("UTF-8")).collect();
         let room = match parts[..] {
             ["lib.rs" | "main.rs"] => continue,
+            // The number type, below all rooms.
+            ["real.rs"] => continue,
             // A room's tests may call on rooms further down the line to have something to compare with.
             [_, "tests", ..] => continue,
             [file] => file.trim_end_matches(".rs"),

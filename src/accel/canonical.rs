@@ -1,8 +1,9 @@
 //! The closest hit with distance and barycentrics from the shared routine, whatever backend named the primitive.
 
 use super::surface::facets;
-use super::triangle::{Sheared, TriangleHit};
-use super::{Accel, Hit, Ray, offset_origin, posed, quadric, surface};
+use super::triangle::sheared;
+use super::{Accel, Hit, OwnRay, offset_origin, posed, quadric, surface};
+use crate::real::{Convert, Real};
 use crate::scene::{Facet, Geometry, PrimId};
 use glam::Vec3;
 
@@ -12,8 +13,8 @@ const MAX_RETRIES: i32 = 12;
 /// The nearest hit along the ray. `Hit::clamped` marks those where backend and shared routine disagree by a rounding;
 /// callers count them.
 #[inline(always)]
-pub fn closest<A: Accel>(accel: &A, ray: &Ray) -> Option<Hit> {
-    let prim = accel.nearest(ray)?;
+pub fn closest<A: Accel>(accel: &A, ray: &OwnRay) -> Option<Hit> {
+    let prim = nearest(accel, ray)?;
     let hit = recompute(accel.geometry(), prim, ray);
     if hit.t > 0.0 {
         Some(hit)
@@ -22,13 +23,22 @@ pub fn closest<A: Accel>(accel: &A, ray: &Ray) -> Option<Hit> {
     }
 }
 
+/// The backend's answer.
+#[inline(always)]
+fn nearest<A: Accel>(accel: &A, ray: &OwnRay) -> Option<PrimId> {
+    // Not through a copy of what is f32 already.
+    #[cfg(feature = "double")]
+    let ray = &ray.single();
+    accel.nearest(ray)
+}
+
 /// The hit on a named primitive. Its t may be ≤ 0 where a backend's own arithmetic put the surface before an origin
 /// that lies beyond it.
 #[inline(always)]
-pub fn recompute(geometry: &Geometry, prim: PrimId, ray: &Ray) -> Hit {
+pub fn recompute(geometry: &Geometry, prim: PrimId, ray: &OwnRay) -> Hit {
     if let Some(Facet { corners, .. }) = facets(geometry).get(prim.index()) {
         return match inside(corners, ray) {
-            Some(TriangleHit { t, b1, b2 }) => Hit {
+            Some([t, b1, b2]) => Hit {
                 prim,
                 t,
                 b1,
@@ -44,7 +54,7 @@ pub fn recompute(geometry: &Geometry, prim: PrimId, ray: &Ray) -> Hit {
     // Backends call the very same function, so `None` means they named it out of its range.
     let t = geometry
         .quadric(prim.prim())
-        .and_then(|q| quadric::intersect(q, ray));
+        .and_then(|q| quadric::met(q, ray));
     Hit {
         prim,
         t: t.unwrap_or(0.0),
@@ -57,29 +67,30 @@ pub fn recompute(geometry: &Geometry, prim: PrimId, ray: &Ray) -> Hit {
 /// Möller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", JGT 2(1), 1997. Which triangle is known, so
 /// nothing needs to be watertight here; `None` if the ray passes outside, or so close to the edge that this cannot tell.
 #[inline(always)]
-fn inside([p0, p1, p2]: &[Vec3; 3], ray: &Ray) -> Option<TriangleHit> {
-    let (a, b, o) = (*p1 - *p0, *p2 - *p0, ray.o - *p0);
+fn inside([p0, p1, p2]: &[Vec3; 3], ray: &OwnRay) -> Option<[Real; 3]> {
+    let [p0, p1, p2] = [p0.real(), p1.real(), p2.real()];
+    let (a, b, o) = (p1 - p0, p2 - p0, ray.o - p0);
     let n = ray.d.cross(b);
     let m = o.cross(a);
     let inverse = 1.0 / a.dot(n);
     let (b1, b2) = (o.dot(n) * inverse, ray.d.dot(m) * inverse);
     let t = b.dot(m) * inverse;
-    (b1 >= 0.0 && b2 >= 0.0 && b1 + b2 <= 1.0 && t.is_finite()).then_some(TriangleHit { t, b1, b2 })
+    (b1 >= 0.0 && b2 >= 0.0 && b1 + b2 <= 1.0 && t.is_finite()).then_some([t, b1, b2])
 }
 
 /// The watertight test, and the nearest point where even that says the backend is off by a rounding.
 #[cold]
-fn on_the_edge(corners: &[Vec3; 3], prim: PrimId, ray: &Ray) -> Hit {
-    let sheared = Sheared::new(ray);
+fn on_the_edge(corners: &[Vec3; 3], prim: PrimId, ray: &OwnRay) -> Hit {
+    let sheared = sheared(ray);
     let (h, clamped) = match sheared.intersect(corners) {
         Some(h) => (h, false),
         None => (sheared.nearest_point(corners), true),
     };
     Hit {
         prim,
-        t: h.t,
-        b1: h.b1,
-        b2: h.b2,
+        t: h.t.real(),
+        b1: h.b1.real(),
+        b2: h.b2.real(),
         clamped,
     }
 }
@@ -87,22 +98,22 @@ fn on_the_edge(corners: &[Vec3; 3], prim: PrimId, ray: &Ray) -> Hit {
 /// The origin lies beyond the surface that the backend named (a needle whose plane f32 cannot tell): asks again from
 /// origins moved off that surface by growing multiples of its error bound.
 #[cold]
-fn step_past<A: Accel>(accel: &A, ray: &Ray, mut hit: Hit) -> Option<Hit> {
+fn step_past<A: Accel>(accel: &A, ray: &OwnRay, mut hit: Hit) -> Option<Hit> {
     let geometry = accel.geometry();
     for k in 0..MAX_RETRIES {
         let s = surface(geometry, &hit, ray);
-        let moved = Ray {
-            o: offset_origin(ray.o, s.error * 2f32.powi(k), s.ng, ray.d),
+        let moved = OwnRay {
+            o: offset_origin(ray.o, s.error * Real::from(2u8).powi(k), s.ng, ray.d),
             ..*ray
         };
-        let prim = accel.nearest(&moved)?;
+        let prim = nearest(accel, &moved)?;
         hit = recompute(geometry, prim, ray);
         if hit.t > 0.0 {
             return Some(hit);
         }
     }
     Some(Hit {
-        t: f32::MIN_POSITIVE,
+        t: Real::MIN_POSITIVE,
         clamped: true,
         ..hit
     })
@@ -110,9 +121,9 @@ fn step_past<A: Accel>(accel: &A, ray: &Ray, mut hit: Hit) -> Option<Hit> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Ray;
     use super::super::testing::{Rng, soup};
     use super::*;
-    use glam::Vec3;
 
     /// Names one primitive for some calls, then nothing.
     struct Stubborn<'a>(&'a Geometry, PrimId, std::sync::atomic::AtomicI32);
@@ -140,10 +151,10 @@ mod tests {
     fn a_surface_behind_the_origin_is_asked_about_again() {
         let geometry = soup(&mut Rng(1), 1);
         let s = super::super::surface::surface_at(&geometry, 0, 0.3, 0.3);
-        let ray = Ray {
+        let ray = OwnRay {
             o: offset_origin(s.p, s.error, s.ng, s.ng),
             d: s.ng,
-            t_max: f32::INFINITY,
+            t_max: Real::INFINITY,
         };
         let answer = |calls: i32| closest(&Stubborn(&geometry, PrimId::of(0), calls.into()), &ray);
         assert_eq!(answer(1), None);
@@ -157,10 +168,10 @@ mod tests {
         let [p0, p1, p2] = geometry.corners(0);
         let out = (p0 + p1) * 0.5 + ((p0 + p1) * 0.5 - p2) * 1e-4;
         let ng = (p1 - p0).cross(p2 - p0).normalize();
-        let ray = Ray {
+        let ray = OwnRay {
             o: out + ng,
             d: -ng,
-            t_max: f32::INFINITY,
+            t_max: Real::INFINITY,
         };
         let hit = recompute(&geometry, PrimId::of(0), &ray);
         assert!(hit.clamped && hit.b2 == 0.0 && (hit.b1 - 0.5).abs() < 0.1);

@@ -33,19 +33,45 @@ pub use record::Recorder;
 pub use spawn::{offset_origin, visible};
 pub use surface::{Surface, dpdu, surface};
 
+use crate::real::{Convert, Real, Vec3};
 use crate::scene::{Geometry, PrimId};
-use glam::Vec3;
 
 /// A ray o + t·d, 0 < t < t_max. `d` need not be of unit length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
-pub struct Ray {
+pub struct Ray<V = glam::Vec3, T = f32> {
     /// Origin, already moved off its surface.
-    pub o: Vec3,
+    pub o: V,
     /// Direction.
-    pub d: Vec3,
+    pub d: V,
     /// Far end, in units of |d|; may be infinite.
-    pub t_max: f32,
+    pub t_max: T,
+}
+
+/// A ray as transport has it; a backend is asked of it in f32.
+pub type OwnRay = Ray<Vec3, Real>;
+
+impl OwnRay {
+    /// As a backend is asked.
+    #[inline(always)]
+    pub fn single(&self) -> Ray {
+        Ray {
+            o: self.o.single(),
+            d: self.d.single(),
+            t_max: self.t_max.single(),
+        }
+    }
+}
+
+impl Ray {
+    /// As transport has it.
+    pub fn own(&self) -> OwnRay {
+        Ray {
+            o: self.o.real(),
+            d: self.d.real(),
+            t_max: self.t_max.real(),
+        }
+    }
 }
 
 /// A canonical hit.
@@ -54,11 +80,11 @@ pub struct Hit {
     /// Primitive.
     pub prim: PrimId,
     /// Distance in units of |d|.
-    pub t: f32,
+    pub t: Real,
     /// Barycentric weight of corner 1 (0 for quadrics).
-    pub b1: f32,
+    pub b1: Real,
     /// Barycentric weight of corner 2 (0 for quadrics).
-    pub b2: f32,
+    pub b2: Real,
     /// The backend named a primitive that the shared routine misses by a rounding; this is its nearest point.
     pub clamped: bool,
 }

@@ -1,8 +1,9 @@
 //! Ray–sphere and ray–disk intersection in f64, where the coefficients made from f32 data keep 29 spare bits.
 
-use super::Ray;
+use super::{OwnRay, Ray};
+use crate::real::{Convert, Real, Vec2};
 use crate::scene::Quadric;
-use glam::{DVec2, DVec3, Vec2, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 
 /// Nearest t with 0 < t < t_max, or `None`.
 #[inline]
@@ -65,6 +66,24 @@ fn in_range(t: f64, ray: &Ray) -> Option<f32> {
     (t > 0.0 && t < ray.t_max).then_some(t)
 }
 
+/// The distance of the hit that a backend found, which calls [`intersect`] itself.
+#[cfg(not(feature = "double"))]
+#[inline]
+pub fn met(quadric: &Quadric, ray: &OwnRay) -> Option<Real> {
+    intersect(quadric, ray)
+}
+
+/// The distance of the hit that a backend found, by the ray that it was asked of in f32.
+#[cfg(feature = "double")]
+pub fn met(quadric: &Quadric, ray: &OwnRay) -> Option<Real> {
+    let (t, passed_by) = on_line(quadric, ray.o, ray.d);
+    if passed_by {
+        intersect(quadric, &ray.single()).map(Real::from)
+    } else {
+        Some(t)
+    }
+}
+
 /// Where the line o + t·d in f64 meets a quadric that a backend says it does, at the first t > 0 if there is one. The
 /// flag tells that it passes by (the backend's roundings said otherwise) at this, the nearest point.
 pub fn on_line(quadric: &Quadric, o: DVec3, d: DVec3) -> (f64, bool) {
@@ -116,7 +135,7 @@ pub fn project(quadric: &Quadric, p: DVec3) -> (DVec3, DVec3) {
 #[inline]
 pub fn place(quadric: &Quadric, near: DVec3) -> Vec2 {
     match quadric {
-        Quadric::Sphere { center, .. } => octahedral(near - center.as_dvec3()).as_vec2(),
+        Quadric::Sphere { center, .. } => octahedral(near - center.as_dvec3()).real(),
         Quadric::Disk {
             center,
             normal,
@@ -125,7 +144,7 @@ pub fn place(quadric: &Quadric, near: DVec3) -> Vec2 {
         } => {
             let (r, t) = (near - center.as_dvec3(), tangent.as_dvec3());
             let b = normal.as_dvec3().cross(t);
-            DVec2::new(r.dot(t), r.dot(b)).as_vec2()
+            DVec2::new(r.dot(t), r.dot(b)).real()
         }
     }
 }
@@ -134,7 +153,7 @@ pub fn place(quadric: &Quadric, near: DVec3) -> Vec2 {
 /// along the surface as far from where it was as two f32 numbers tell.
 #[inline]
 pub fn point(quadric: &Quadric, place: Vec2) -> (DVec3, DVec3) {
-    let p = place.as_dvec2();
+    let p = place.double();
     match quadric {
         Quadric::Sphere { center, radius, .. } => {
             let n = direction(p);

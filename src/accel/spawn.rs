@@ -4,15 +4,15 @@
 //! scaled by 10⁻⁶ … 10⁶ is traced the same.
 
 use super::surface::{ROUNDOFF, Surface};
-use super::{Accel, Ray};
-use glam::Vec3;
+use super::{Accel, OwnRay, Ray};
+use crate::real::{Convert, Real, Vec3};
 
 /// A point moved off its surface to the side that `direction` points to: far enough along the normal to leave the box
 /// of half width `error` around it. A normal of 0 moves nothing.
 ///
 /// [`Surface::error`] holds room for the rounding of the sum, so there is no need to go on to the next float.
 #[inline]
-pub fn offset_origin(p: Vec3, error: f32, ng: Vec3, direction: Vec3) -> Vec3 {
+pub fn offset_origin(p: Vec3, error: Real, ng: Vec3, direction: Vec3) -> Vec3 {
     // The factor covers the roundings of the distance itself.
     let distance = error * (1.0 + 16.0 * ROUNDOFF) * (ng.x.abs() + ng.y.abs() + ng.z.abs());
     p + ng * distance.copysign(direction.dot(ng))
@@ -21,11 +21,11 @@ pub fn offset_origin(p: Vec3, error: f32, ng: Vec3, direction: Vec3) -> Vec3 {
 impl Surface {
     /// The ray from here in direction `d`, to infinity.
     #[inline]
-    pub fn ray(&self, d: Vec3) -> Ray {
+    pub fn ray(&self, d: Vec3) -> OwnRay {
         Ray {
             o: offset_origin(self.p, self.error, self.ng, d),
             d,
-            t_max: f32::INFINITY,
+            t_max: Real::INFINITY,
         }
     }
 }
@@ -36,10 +36,10 @@ impl Surface {
 pub fn visible<A: Accel>(
     accel: &A,
     p0: Vec3,
-    e0: f32,
+    e0: Real,
     ng0: Vec3,
     p1: Vec3,
-    e1: f32,
+    e1: Real,
     ng1: Vec3,
 ) -> bool {
     if (p1.x, p1.y, p1.z) < (p0.x, p0.y, p0.z) {
@@ -50,16 +50,16 @@ pub fn visible<A: Accel>(
 
 /// Visibility of (point, error bound, normal) ends in the given order.
 #[inline]
-fn segment_free<A: Accel>(accel: &A, a: (Vec3, f32, Vec3), b: (Vec3, f32, Vec3)) -> bool {
+fn segment_free<A: Accel>(accel: &A, a: (Vec3, Real, Vec3), b: (Vec3, Real, Vec3)) -> bool {
     let d = b.0 - a.0;
     // Beside the points' own error: a test's distance along the ray is rounded in proportion to the length, so the far
     // end stands off by that much more; 8 roundings cover the dot products of numerator and denominator.
     let along = 8.0 * ROUNDOFF * d.abs().max_element();
-    let o = offset_origin(a.0, a.1 + along, a.2, d);
-    let e = offset_origin(b.0, b.1 + along, b.2, -d);
+    let o = offset_origin(a.0, a.1 + along, a.2, d).single();
+    let e = offset_origin(b.0, b.1 + along, b.2, -d).single();
     let between = e - o;
     // Closer than their errors: nothing fits between.
-    if between.dot(d) <= 0.0 {
+    if between.dot(d.single()) <= 0.0 {
         return true;
     }
     !accel.occluded(&Ray {
@@ -71,10 +71,10 @@ fn segment_free<A: Accel>(accel: &A, a: (Vec3, f32, Vec3), b: (Vec3, f32, Vec3))
 
 /// Nothing lies in direction `d` of a surface point, out to infinity.
 #[inline]
-pub fn escapes<A: Accel>(accel: &A, p: Vec3, error: f32, ng: Vec3, d: Vec3) -> bool {
+pub fn escapes<A: Accel>(accel: &A, p: Vec3, error: Real, ng: Vec3, d: Vec3) -> bool {
     !accel.occluded(&Ray {
-        o: offset_origin(p, error, ng, d),
-        d,
+        o: offset_origin(p, error, ng, d).single(),
+        d: d.single(),
         t_max: f32::INFINITY,
     })
 }
@@ -90,11 +90,11 @@ mod tests {
         // The least error of a point at 2 is two roundings, 2·2⁻²⁴·2.
         for error in [2.4e-7f32, 1e-6, 1e-3] {
             for d in [n, -n] {
-                let moved = (offset_origin(p, error, n, d) - p).as_dvec3();
-                assert!(moved.dot(d.as_dvec3()) > 0.0);
+                let moved = (offset_origin(p, error, n, d) - p).double();
+                assert!(moved.dot(d.double()) > 0.0);
                 // Away from the box of half width `error`.
                 let box_reach = (error as f64 - 2.4e-7) * 1.4;
-                assert!(moved.dot(d.as_dvec3()) >= box_reach);
+                assert!(moved.dot(d.double()) >= box_reach);
             }
         }
         assert_eq!(offset_origin(p, 1.0, Vec3::ZERO, n), p);

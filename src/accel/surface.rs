@@ -3,18 +3,19 @@
 //! The point comes from barycentrics, not from o + t·d: its error does not grow with t (PBRT 6.8.4). Sidedness follows
 //! the winding, which the loader has turned to pbrt-v4's outside.
 
-use super::{Hit, Ray, posed, quadric};
+use super::{Hit, OwnRay, posed, quadric};
+use crate::real::consts::{PI, TAU};
+use crate::real::{Convert, Real, Vec2, Vec3};
 use crate::scene::{Facet, Geometry, PrimId, Quadric};
-use glam::{DVec3, Vec2, Vec3};
-use std::f32::consts::{PI, TAU};
+use glam::DVec3;
 
-/// Unit roundoff u = 2⁻²⁴ of f32.
-pub const ROUNDOFF: f32 = 0.5 * f32::EPSILON;
+/// Unit roundoff u = 2⁻²⁴ of f32, in which rays are traced whatever transport counts in.
+pub const ROUNDOFF: Real = 0.5 * f32::EPSILON as Real;
 
 /// γ_n = n·u/(1 − n·u): bound on the relative error of n roundings (PBRT 6.8.1, equation 6.19).
 #[inline]
-pub const fn gamma(n: u32) -> f32 {
-    n as f32 * ROUNDOFF / (1.0 - n as f32 * ROUNDOFF)
+pub const fn gamma(n: u32) -> Real {
+    n as Real * ROUNDOFF / (1.0 - n as Real * ROUNDOFF)
 }
 
 /// Everything a hit needs to know about the surface.
@@ -24,7 +25,7 @@ pub struct Surface {
     pub p: Vec3,
     /// Bound on |p − true| of each coordinate, plus what any backend's plane test may be off at p, plus two roundings
     /// of p, so that an origin moved by this much stays moved when it is rounded.
-    pub error: f32,
+    pub error: Real,
     /// Unit geometric normal, on the side pbrt-v4 calls outside.
     pub ng: Vec3,
     /// Unit shading normal, on the side of `ng`.
@@ -58,7 +59,7 @@ fn gather(geometry: &Geometry) -> Vec<Facet> {
             let (ng, stand_off) = plane(corners);
             Facet {
                 corners,
-                ng,
+                ng: ng.single(),
                 stand_off,
                 shape: geometry.prim_shape[t],
                 light: geometry.prim_light[t],
@@ -69,11 +70,11 @@ fn gather(geometry: &Geometry) -> Vec<Facet> {
 
 /// The surface at a hit of `ray`.
 #[inline(always)]
-pub fn surface(geometry: &Geometry, hit: &Hit, ray: &Ray) -> Surface {
+pub fn surface(geometry: &Geometry, hit: &Hit, ray: &OwnRay) -> Surface {
     match hit.prim.index().checked_sub(geometry.triangles.len()) {
         None => surface_at(geometry, hit.prim.prim(), hit.b1, hit.b2),
         Some(i) => match geometry.quadrics.get(i) {
-            Some(q) => quadric_at(q, ray.o.as_dvec3() + ray.d.as_dvec3() * hit.t as f64),
+            Some(q) => quadric_at(q, ray.o.double() + ray.d.double() * hit.t as f64),
             None => posed::surface(geometry, hit, ray),
         },
     }
@@ -81,33 +82,35 @@ pub fn surface(geometry: &Geometry, hit: &Hit, ray: &Ray) -> Surface {
 
 /// The surface at barycentrics (b1, b2) of triangle `prim`, for points that are sampled rather than hit.
 #[inline(always)]
-pub fn surface_at(geometry: &Geometry, prim: u32, b1: f32, b2: f32) -> Surface {
+pub fn surface_at(geometry: &Geometry, prim: u32, b1: Real, b2: Real) -> Surface {
     let facet = &facets(geometry)[prim as usize];
-    let [p0, p1, p2] = facet.corners;
+    let [p0, p1, p2] = facet.corners.real();
     let b0 = 1.0 - b1 - b2;
     let (q0, q1, q2) = (p0 * b0, p1 * b1, p2 * b2);
     let shape = &geometry.shapes[facet.shape as usize];
-    let ng = facet.ng;
+    let ng = normal(facet);
     let p = q0 + q1 + q2;
     let rounding = gamma(9) * (q0.abs() + q1.abs() + q2.abs()).max_element();
 
     let corners = || geometry.triangles[prim as usize].map(|i| i as usize);
     let ns = if shape.has_normals {
         let (n, [i0, i1, i2]) = (&geometry.normals, corners());
-        facing(n[i0] * b0 + n[i1] * b1 + n[i2] * b2, ng)
+        let [n0, n1, n2] = [n[i0].real(), n[i1].real(), n[i2].real()];
+        facing(n0 * b0 + n1 * b1 + n2 * b2, ng)
     } else {
         ng
     };
     let uv = if shape.has_uvs {
         let (t, [i0, i1, i2]) = (&geometry.uvs, corners());
-        t[i0] * b0 + t[i1] * b1 + t[i2] * b2
+        let [t0, t1, t2] = [t[i0].real(), t[i1].real(), t[i2].real()];
+        t0 * b0 + t1 * b1 + t2 * b2
     } else {
         // pbrt-v4's default corners (0,0), (1,0), (1,1).
         Vec2::new(b1 + b2, b2)
     };
     Surface {
         p,
-        error: rounding + facet.stand_off,
+        error: rounding + facet.stand_off.real(),
         ng,
         ns,
         uv,
@@ -141,10 +144,11 @@ pub fn dpdu(geometry: &Geometry, prim: PrimId, s: &Surface) -> Vec3 {
     let prim = prim.prim();
     match geometry.quadric(prim) {
         None => {
-            let corners = geometry.corners(prim);
+            let corners = geometry.corners(prim).real();
             let shape = &geometry.shapes[geometry.prim_shape[prim as usize] as usize];
             if shape.has_uvs {
-                let uvs = geometry.triangles[prim as usize].map(|i| geometry.uvs[i as usize]);
+                let uvs =
+                    geometry.triangles[prim as usize].map(|i| geometry.uvs[i as usize].real());
                 tangent(corners, uvs, s.ng)
             } else {
                 nonzero(corners[1] - corners[0], s.ng)
@@ -156,6 +160,7 @@ pub fn dpdu(geometry: &Geometry, prim: PrimId, s: &Surface) -> Vec3 {
             to_object,
             ..
         }) => {
+            let (center, radius, to_object) = (center.real(), radius.real(), to_object.real());
             let n = to_object * ((s.p - center) / radius);
             let turn = Vec3::new(-n.y, n.x, 0.0) * (TAU * radius);
             let turn = if turn == Vec3::ZERO { Vec3::Y } else { turn };
@@ -168,6 +173,7 @@ pub fn dpdu(geometry: &Geometry, prim: PrimId, s: &Surface) -> Vec3 {
             tangent,
             ..
         }) => {
+            let (center, normal, tangent) = (center.real(), normal.real(), tangent.real());
             let (r, bitangent) = (s.p - center, normal.cross(tangent));
             let (x, y) = (r.dot(tangent), r.dot(bitangent));
             nonzero((bitangent * x - tangent * y) * TAU, normal)
@@ -181,9 +187,9 @@ pub fn dpdu(geometry: &Geometry, prim: PrimId, s: &Surface) -> Vec3 {
 /// u·L, so the edges by 3u·L, the components of their cross product by 9u·L², and corner · normal by √3·9u·L³ + 4u·L·|N|
 /// with |N| = L·h: a distance of 4u·L + 16u·L²/h. Past a needle of h/L = 10⁻³ that exceeds the width of the triangle;
 /// there the offset stays at h/8, and `closest` asks again instead.
-fn plane(corners: [Vec3; 3]) -> (Vec3, f32) {
+fn plane(corners: [glam::Vec3; 3]) -> (Vec3, f32) {
     // In f64 because the squares of small scenes underflow f32.
-    let [p0, p1, p2] = corners.map(|p| p.as_dvec3());
+    let [p0, p1, p2] = corners.map(|p| p.double());
     let (a, b, c) = (p1 - p0, p2 - p0, p2 - p1);
     let cross = a.cross(b);
     let area2 = cross.length();
@@ -192,13 +198,31 @@ fn plane(corners: [Vec3; 3]) -> (Vec3, f32) {
         .max(b.length_squared())
         .max(c.length_squared());
     if area2 == 0.0 {
-        return (a.as_vec3().any_normal(), 0.0);
+        return (a.real().any_normal(), 0.0);
     }
     let longest = longest2.sqrt();
     let height = area2 / longest;
     let u = ROUNDOFF as f64;
     let bound = 4.0 * u * longest + (16.0 * u * longest2 / height).min(0.125 * height);
-    ((cross / area2).as_vec3(), bound as f32)
+    ((cross / area2).real(), bound as f32)
+}
+
+/// The unit normal of a triangle: that of its facet, or made from the corners anew where f32 does not hold its digits.
+#[inline(always)]
+pub(super) fn normal(facet: &Facet) -> Vec3 {
+    #[cfg(not(feature = "double"))]
+    return facet.ng;
+    #[cfg(feature = "double")]
+    return plane(facet.corners).0;
+}
+
+/// A normal that is of unit length to f32's digits, to those of this build.
+#[inline(always)]
+fn unit(normal: glam::Vec3) -> Vec3 {
+    #[cfg(not(feature = "double"))]
+    return normal;
+    #[cfg(feature = "double")]
+    return normal.real().normalize();
 }
 
 /// A unit normal to a vector, also to 0.
@@ -247,9 +271,9 @@ fn tangent([p0, p1, p2]: [Vec3; 3], [t0, t1, t2]: [Vec2; 3], ng: Vec3) -> Vec3 {
 /// Bound on the error of each coordinate of a point of a quadric: one rounding of each, one of the f64 arithmetic's guard,
 /// two of an offset, γ4 of the largest coordinate.
 #[inline]
-fn quadric_error(q: &Quadric) -> f32 {
+fn quadric_error(q: &Quadric) -> Real {
     let (Quadric::Sphere { center, radius, .. } | Quadric::Disk { center, radius, .. }) = *q;
-    gamma(4) * (center.abs().max_element() + radius)
+    gamma(4) * (center.abs().max_element() + radius).real()
 }
 
 /// The surface of a quadric at the point nearest to `near`, for points that are sampled rather than hit.
@@ -266,16 +290,16 @@ pub(super) fn quadric_surface(q: &Quadric, at: Vec2) -> Surface {
         Quadric::Sphere {
             to_object, inward, ..
         } => {
-            let n = outward.as_vec3();
-            (if inward { -n } else { n }, sphere_uv(to_object * n))
+            let n = outward.real();
+            (if inward { -n } else { n }, sphere_uv(to_object.real() * n))
         }
         Quadric::Disk { normal, radius, .. } => (
-            normal,
-            Vec2::new(angle(at.x, at.y) / TAU, 1.0 - at.length() / radius),
+            unit(normal),
+            Vec2::new(angle(at.x, at.y) / TAU, 1.0 - at.length() / radius.real()),
         ),
     };
     Surface {
-        p: p.as_vec3(),
+        p: p.real(),
         error: quadric_error(q),
         ng,
         ns: ng,
@@ -293,7 +317,7 @@ fn sphere_uv(n: Vec3) -> Vec2 {
 
 /// Polar angle in [0, 2π).
 #[inline]
-fn angle(x: f32, y: f32) -> f32 {
+fn angle(x: Real, y: Real) -> Real {
     let phi = y.atan2(x);
     if phi < 0.0 { phi + TAU } else { phi }
 }
@@ -302,7 +326,7 @@ fn angle(x: f32, y: f32) -> f32 {
 mod tests {
     use super::super::testing::{Rng, geometry, soup};
     use super::*;
-    use glam::Mat3;
+    use crate::real::Mat3;
 
     fn close(a: Vec3, b: Vec3) -> bool {
         (a - b).abs().max_element() < 1e-5
@@ -362,16 +386,16 @@ mod tests {
         };
         // Object direction (cos 45°, sin 45°, 0): u = 1/8, v = 1/2.
         let n = to_object.transpose() * Vec3::new(1.0, 1.0, 0.0).normalize();
-        let s = quadric_at(&sphere(false), (Vec3::ONE + n * 1.9).as_dvec3());
+        let s = quadric_at(&sphere(false), (Vec3::ONE + n * 1.9).double());
         assert!(close(s.p, Vec3::ONE + n * 2.0) && close(s.ng, n));
         assert!((s.uv - Vec2::new(0.125, 0.5)).length() < 1e-6, "{s:?}");
         let turn = to_object.transpose() * Vec3::new(-1.0, 1.0, 0.0).normalize();
         let along_u =
             |q: Quadric, s: &Surface| dpdu(&geometry(vec![], vec![], vec![q]), PrimId::of(0), s);
         assert!(close(along_u(sphere(false), &s), turn * (2.0 * TAU)));
-        let inward = quadric_at(&sphere(true), (Vec3::ONE + n).as_dvec3());
+        let inward = quadric_at(&sphere(true), (Vec3::ONE + n).double());
         assert!(close(inward.ng, -n) && close(inward.p, s.p));
-        let pole = quadric_at(&sphere(false), (Vec3::ONE + Vec3::X).as_dvec3());
+        let pole = quadric_at(&sphere(false), (Vec3::ONE + Vec3::X).double());
         assert!((pole.uv.y - 1.0).abs() < 1e-6 && along_u(sphere(false), &pole) != Vec3::ZERO);
 
         let disk = Quadric::Disk {

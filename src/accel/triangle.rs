@@ -5,7 +5,7 @@
 //! share an edge compute the same edge function with the sign turned, bit for bit, and a value of exactly 0 is decided
 //! again in f64, where the products of f32 are exact.
 
-use super::Ray;
+use super::{OwnRay, Ray};
 use glam::{DVec3, Vec2, Vec3};
 
 /// Where a ray meets a triangle.
@@ -26,6 +26,11 @@ pub struct Sheared {
     /// Axis along which |d| is largest; it becomes z.
     pub(super) kz: u8,
     pub(super) shear: Vec3,
+}
+
+/// Shear of a ray of transport.
+pub fn sheared(ray: &OwnRay) -> Sheared {
+    Sheared::new(&ray.single())
 }
 
 impl Sheared {

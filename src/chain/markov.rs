@@ -4,8 +4,8 @@ use super::{ChainStats, Direct, MltOptions, Shares, Sink, TestImage};
 use crate::accel::Accel;
 use crate::mutation::{Context, Strategy, Workspace};
 use crate::path::{Ends, Path, Pool, Site, World};
+use crate::real::Vec2;
 use crate::sampling::{Entries, Rng};
-use glam::Vec2;
 
 /// A chain with its current path.
 pub struct Chain<const N: usize> {

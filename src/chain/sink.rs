@@ -3,6 +3,7 @@
 use crate::film::{Bins, Crop, Film, Filter, GroupFilm, Malformed, Reader};
 use crate::film::{SpectralBuffer, SpectralFilm, SplatBuffer};
 use crate::path::{Path, Tally};
+use crate::real::{Convert, Real};
 use glam::Vec2;
 
 /// Receives what a chain gives the image.
@@ -29,8 +30,8 @@ impl Splat {
     #[inline]
     pub fn of<const N: usize>(path: &Path<N>, weight: f64) -> Self {
         Self {
-            raster: path.raster,
-            xyz: path.color(),
+            raster: path.raster.single(),
+            xyz: path.color().single(),
             weight: weight as f32,
             edges: path.k() as u32,
         }
@@ -198,9 +199,14 @@ fn splat_spectrum<const N: usize>(
     weight: f32,
     faults: &mut Tally,
 ) {
-    let values = path.shape * path.lanes.nm() * (1.0 / path.shape_tau as f32);
-    let lanes = path.lanes.lambda.into_iter().zip(values.0);
-    if let Err(f) = buffer.splat(path.raster, lanes, weight) {
+    let values = path.shape * path.lanes.nm() * (1.0 / path.shape_tau as Real);
+    let lanes = path
+        .lanes
+        .lambda
+        .single()
+        .into_iter()
+        .zip(values.0.single());
+    if let Err(f) = buffer.splat(path.raster.single(), lanes, weight) {
         faults.fault(f.into());
     }
 }

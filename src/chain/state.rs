@@ -10,7 +10,7 @@ use super::{MltOptions, Shape, Sums, TestImage, state_path};
 use crate::accel::Accel;
 use crate::film::{Crop, Malformed, Reader, Shards, Writer};
 use crate::path::World;
-use glam::Vec2;
+use crate::real::{Real, Vec2};
 use std::io;
 
 /// A run that is not running.
@@ -208,9 +208,9 @@ impl<const N: usize> Chain<N> {
         w.u64(self.stay)?;
         self.runs.iter().try_for_each(|run| w.u64(*run))?;
         w.u64(self.entries.as_ref().map_or(0, |e| e.dealt))?;
-        w.f32(self.x.lanes.u)?;
-        w.f32(self.x.raster.x)?;
-        w.f32(self.x.raster.y)?;
+        w.real(self.x.lanes.u)?;
+        w.real(self.x.raster.x)?;
+        w.real(self.x.raster.y)?;
         w.f64(self.x.shape_tau)?;
         state_path::save(&self.x, self.pool(), w)
     }
@@ -237,16 +237,16 @@ impl<const N: usize> Chain<N> {
             e.dealt = dealt;
         }
         self.step = step;
-        let u = r.f32()?;
+        let u = r.real()?;
         if !(0.0..1.0).contains(&u) {
             return Err(Malformed(format!("has a wavelength number {u}")));
         }
-        let raster = Vec2::new(r.f32()?, r.f32()?);
+        let raster = Vec2::new(r.real()?, r.real()?);
         let tau = r.f64()?;
         self.ws.pool.reset();
         self.x.lanes = world.lanes(u);
         state_path::read(world, &mut self.x, &mut self.ws.pool, r)?;
-        let bits = |v: Vec2| v.to_array().map(f32::to_bits);
+        let bits = |v: Vec2| v.to_array().map(Real::to_bits);
         let same =
             bits(self.x.raster) == bits(raster) && self.x.shape_tau.to_bits() == tau.to_bits();
         if !same || r.left() > 0 {

@@ -5,9 +5,9 @@ use crate::accel::Accel;
 use crate::accel::surface::surface_again;
 use crate::film::{Malformed, Reader, Writer};
 use crate::path::{Kind, Palette, Path, Pool, Tally, Vertex, World};
+use crate::real::{Convert, Vec2, Vec3};
 use crate::scatter::Mode;
 use crate::scene::{Light, NONE, PrimId};
-use glam::{Vec2, Vec3};
 use std::io;
 
 const WORLD: u8 = 0;
@@ -43,11 +43,11 @@ pub(super) fn save<const N: usize>(
             let prim = v.prim();
             prim.instance().map_or(Ok(()), |i| w.u32(i))?;
             w.u32(prim.prim())?;
-            w.f32(v.at.x)?;
-            w.f32(v.at.y)?;
+            w.real(v.at.x)?;
+            w.real(v.at.y)?;
         }
         match kind {
-            LENS | SKY => v.p.to_array().into_iter().try_for_each(|c| w.f32(c))?,
+            LENS | SKY => v.p.to_array().into_iter().try_for_each(|c| w.real(c))?,
             DELTA => w.u32(v.light)?,
             _ => {}
         }
@@ -56,7 +56,7 @@ pub(super) fn save<const N: usize>(
 }
 
 fn read_vector(r: &mut Reader) -> Result<Vec3, Malformed> {
-    Ok(Vec3::new(r.f32()?, r.f32()?, r.f32()?))
+    Ok(Vec3::new(r.real()?, r.real()?, r.real()?))
 }
 
 /// Makes the path again, at the wavelengths that stand in it: vertices, links, spectrum.
@@ -126,7 +126,7 @@ fn read_vertex<const N: usize, A: Accel>(
                 Some(i) if (i as usize) < geometry.instances.len() => PrimId::through(i, prim),
                 Some(i) => return Err(Malformed(format!("has a vertex on instance {i}"))),
             };
-            let at = Vec2::new(r.f32()?, r.f32()?);
+            let at = Vec2::new(r.real()?, r.real()?);
             let (_, part, _) = geometry.resolve(id);
             let there = (prim as usize) < part.prim_count();
             if !there || !at.is_finite() {
@@ -143,9 +143,9 @@ fn read_vertex<const N: usize, A: Accel>(
             let light = r.u32()?;
             let (kind, p) = match scene.lights.get(light as usize) {
                 Some(Light::Point { position, .. } | Light::Spot { position, .. }) => {
-                    (Kind::Point, *position)
+                    (Kind::Point, position.real())
                 }
-                Some(Light::Distant { direction, .. }) => (Kind::Infinite, -*direction),
+                Some(Light::Distant { direction, .. }) => (Kind::Infinite, -direction.real()),
                 _ => return Err(Malformed(format!("has a vertex at light {light}"))),
             };
             let mut v = Vertex::bare(kind, p, Vec3::ZERO, light);

@@ -6,7 +6,7 @@
 //! is left, and a floor keeps what was never seen from being sampled at any cost.
 
 use crate::film::Crop;
-use glam::Vec2;
+use crate::real::Vec2;
 
 /// Least I0 over the image's mean: a splat's weight per sample shrinks to a tenth at most.
 const FLOOR: f64 = 0.1;

@@ -2,9 +2,10 @@
 //! back, and every edge asked of the scene anew.
 
 use super::{Seen, Setting};
-use crate::accel::{Accel, Ray, closest, surface};
+use crate::accel::{Accel, OwnRay, closest, surface};
 use crate::mutation::{Context, ratio};
 use crate::path::{Kind, Path, Pool, Tally, World};
+use crate::real::{Convert, Real};
 use crate::sampling::Rng;
 use serde::Serialize;
 use std::ops::AddAssign;
@@ -170,10 +171,10 @@ fn edges<const N: usize, A: Accel>(
         }
         d.followed += 1;
         let link = &x.links[i];
-        let ray = Ray {
+        let ray = OwnRay {
             o: world.leave(a, a.p, link.dir),
             d: link.dir,
-            t_max: f32::INFINITY,
+            t_max: Real::INFINITY,
         };
         let Some(hit) = closest(world.accel, &ray) else {
             d.missed += 1;
@@ -185,7 +186,7 @@ fn edges<const N: usize, A: Accel>(
         let length = link.inv_d2.sqrt().recip();
         let known = 2.0 * a.error as f64 + (b.error + s.error) as f64;
         let turned = 4.0 * f32::EPSILON as f64 * length;
-        let off = (s.p - b.p).as_dvec3().length() * link.cos_far.abs() as f64;
+        let off = (s.p - b.p).double().length() * link.cos_far.abs() as f64;
         let by = off / (2.0 * (known + turned));
         if by > 1.0 {
             d.missed += 1;

@@ -10,6 +10,7 @@ use crate::film::{Bins, PixelErrors};
 use crate::integrator::Outcome;
 use crate::output::{Image, SpectralBins};
 use crate::path::Tally;
+use crate::real::Convert;
 use crate::scene::Scene;
 use crate::scene::spectrum::Target;
 use std::time::Instant;
@@ -132,7 +133,7 @@ impl GreyBins {
         for tenth in 0..4700 {
             let l = 360.05 + 0.1 * tenth as f32;
             let (sum, n) = &mut shape[bins.index(l)];
-            *sum += illuminant.at(l) as f64;
+            *sum += illuminant.at(l.real()) as f64;
             *n += 1;
         }
         let shape = shape.iter().map(|(sum, n)| sum / *n as f64 * per_y);

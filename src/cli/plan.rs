@@ -10,6 +10,7 @@ use super::render_args::{AccelArg, RenderArgs};
 use super::while_running;
 use crate::accel::Quality;
 use crate::plan::{Chosen, Effect, Finding, Strategy, Unlit};
+use crate::real::Convert;
 use crate::scene::IntegratorKind;
 use clap::Args;
 use serde::Serialize;
@@ -164,7 +165,7 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode, CliError> {
             resolution: scene.camera.resolution,
             max_edges: plan.max_edges,
             lanes: plan.lanes,
-            one_wavelength: plan.grey.as_ref().map(|g| g.1.lambda),
+            one_wavelength: plan.grey.as_ref().map(|g| g.1.lambda.single()),
             effects: &plan.findings,
             strategies: Strategy::ALL
                 .iter()

@@ -2,6 +2,7 @@
 //!
 //! A reader believes nothing: every length is held against the bytes that are there before anything is allocated for it.
 
+use crate::real::Real;
 use std::io::{self, Write};
 
 /// The bytes do not say what they should.
@@ -44,6 +45,11 @@ impl<'a> Writer<'a> {
 
     /// Eight bytes.
     pub fn u64(&mut self, v: u64) -> io::Result<()> {
+        self.bytes(&v.to_le_bytes())
+    }
+
+    /// A number of transport, in the bytes it has in this build.
+    pub fn real(&mut self, v: Real) -> io::Result<()> {
         self.bytes(&v.to_le_bytes())
     }
 
@@ -145,6 +151,11 @@ impl<'a> Reader<'a> {
     /// Eight bytes.
     pub fn u64(&mut self) -> Result<u64, Malformed> {
         Ok(u64::from_le_bytes(self.array()?))
+    }
+
+    /// A number of transport.
+    pub fn real(&mut self) -> Result<Real, Malformed> {
+        Ok(Real::from_le_bytes(self.array()?))
     }
 
     /// A float.

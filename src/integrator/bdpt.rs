@@ -8,6 +8,7 @@ use crate::accel::Accel;
 use crate::film::{Bins, Crop, Filter, Malformed, Reserve};
 use crate::film::{SquareBuffer, WideBuffer, WideSpectralBuffer};
 use crate::path::{Heuristic, Joined, Sampler, Tally, World};
+use crate::real::Convert;
 use std::sync::Mutex;
 
 /// What is rendered and how strategies are weighted.
@@ -92,13 +93,14 @@ pub fn bdpt_kept<const N: usize, A: Accel>(
                     tally,
                     |j, tally| {
                         let xyz = j.path.color().map(|c| c as f64 * j.weight);
+                        let raster = j.path.raster.single();
                         if j.t <= 1 {
-                            match buffer.splat(j.path.raster, xyz) {
-                                Ok(()) => squares.splat(j.path.raster, xyz[1]),
+                            match buffer.splat(raster, xyz) {
+                                Ok(()) => squares.splat(raster, xyz[1]),
                                 Err(f) => tally.fault(f.into()),
                             }
                             if let Some(b) = spectral
-                                && let Err(f) = b.splat(j.path.raster, per_nm(&j))
+                                && let Err(f) = b.splat(raster, per_nm(&j))
                             {
                                 tally.fault(f.into());
                             }
@@ -133,6 +135,6 @@ pub fn bdpt_kept<const N: usize, A: Accel>(
 fn per_nm<const N: usize>(j: &Joined<N>) -> impl Iterator<Item = (f32, f64)> + Clone {
     let (lanes, k) = (j.path.lanes, j.weight / j.path.shape_tau);
     let values = j.path.shape * lanes.nm();
-    let lane = move |i: usize| (lanes.lambda[i], values[i] as f64 * k);
+    let lane = move |i: usize| (lanes.lambda[i].single(), values[i] as f64 * k);
     (0..N).map(lane)
 }

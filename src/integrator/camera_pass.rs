@@ -4,6 +4,7 @@ use super::CameraSums;
 use crate::accel::Accel;
 use crate::film::{Bins, Crop, Filter, Malformed, Shards};
 use crate::path::{Site, Tally, Vertex, World};
+use crate::real::Convert;
 use crate::sampling::Rng;
 use crate::scene::spectrum::{Grey, Lanes, Spectrum, Target};
 use glam::Vec2;
@@ -12,7 +13,7 @@ use rayon::prelude::*;
 /// One camera sample's random start.
 pub struct CameraSample<const N: usize> {
     /// Raster point.
-    pub raster: Vec2,
+    pub raster: crate::real::Vec2,
     /// Filter weight (negative in a negative lobe).
     pub weight: f32,
     /// Wavelengths.
@@ -58,7 +59,7 @@ impl Gathered<'_> {
     pub fn add_to_bins<const N: usize>(&mut self, s: Spectrum<N>, lanes: &Lanes<N>, k: f64) {
         if let Some((bins, sums, weight)) = &mut self.bins {
             let scale = k * *weight / bins.width();
-            for (lambda, v) in lanes.lambda.into_iter().zip((s * lanes.nm()).0) {
+            for (lambda, v) in lanes.lambda.single().into_iter().zip((s * lanes.nm()).0) {
                 sums[bins.index(lambda)] += v as f64 * scale;
             }
         }
@@ -170,12 +171,13 @@ impl CameraPass {
                             .min(Vec2::splat(1.0 - f32::EPSILON / 2.0));
                         let (offset, weight) = filter.sample(u);
                         let lanes = match &grey {
-                            None => {
-                                Lanes::with(at(2, GOLDEN).min(1.0 - f32::EPSILON / 2.0), target)
-                            }
+                            None => Lanes::with(
+                                at(2, GOLDEN).min(1.0 - f32::EPSILON / 2.0).real(),
+                                target,
+                            ),
                             Some(grey) => grey.lanes(target),
                         };
-                        let raster = Vec2::new(x as f32 + 0.5, y as f32 + 0.5) + offset;
+                        let raster = (Vec2::new(x as f32 + 0.5, y as f32 + 0.5) + offset).real();
                         let mut gathered = Gathered {
                             xyz: [0.0; 3],
                             bins: bins

@@ -6,10 +6,11 @@ use crate::accel::Accel;
 use crate::chain::stage;
 use crate::film::{Crop, Filter};
 use crate::path::{Kind, Palette, Tally, Vertex, World, scatter, scatter_terms, trace};
+use crate::real::{Convert, Real, Vec3};
 use crate::sampling::Rng;
 use crate::scatter::{Bsdf, Transport};
 use crate::scene::spectrum::{Lanes, Spectrum, rgb_illuminant, xyz_to_rgb64};
-use glam::{Vec2, Vec3};
+use glam::Vec2;
 use rayon::prelude::*;
 use std::sync::Mutex;
 
@@ -66,9 +67,9 @@ pub fn first_hit<const N: usize, A: Accel>(world: &World<A>, tally: &mut Tally) 
                         ((shift[k] + i as f64 * step).fract() as f32).min(most)
                     };
                     let (offset, weight) = filter.sample(Vec2::new(at(0, R2[0]), at(1, R2[1])));
-                    let lanes = world.lanes::<N>(at(2, GOLDEN));
+                    let lanes = world.lanes::<N>(at(2, GOLDEN).real());
                     palette.tune(&lanes);
-                    let raster = Vec2::new(x as f32 + 0.5, y as f32 + 0.5) + offset;
+                    let raster = (Vec2::new(x as f32 + 0.5, y as f32 + 0.5) + offset).real();
                     let lens = lens_vertex(world, &mut rng);
                     let w = world.lens.direction(lens.p, raster);
                     let hit = trace(world, &lens, w, &palette, &mut tally);
@@ -109,7 +110,7 @@ fn albedo<const N: usize>(v: &Vertex<N>, w_e: Vec3, rng: &mut Rng) -> Spectrum<N
             if t.pdf_e <= 0.0 {
                 return Spectrum::ZERO;
             }
-            t.fs * (v.cos(next) / t.pdf_e) as f32
+            t.fs * (v.cos(next) / t.pdf_e) as Real
         }
     }
 }
@@ -137,7 +138,7 @@ impl Sums {
             self.normal[c] += weight * normal[c] as f64;
         }
         let camera = &world.scene.camera;
-        self.depth += weight * (v.p - camera.position).dot(camera.axes.z_axis) as f64;
+        self.depth += weight * (v.p - camera.position.real()).dot(camera.axes.z_axis.real()) as f64;
     }
 
     fn albedo(&self) -> [f32; 3] {

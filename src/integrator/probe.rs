@@ -13,10 +13,10 @@ use crate::chain::{DirectRate, EDGES, stage};
 use crate::path::{
     Heuristic, Kind, Palette, Sampler, Tally, Vertex, World, scatter, scatter_terms, trace,
 };
+use crate::real::{Convert, Vec2};
 use crate::sampling::Rng;
 use crate::scatter::{Mode, Transport};
 use crate::scene::spectrum::{Lanes, Spectrum};
-use glam::Vec2;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -151,7 +151,7 @@ fn look<const N: usize, A: Accel>(world: &World<A>, seed: u64, block: u32) -> Su
     let mut sampler = Sampler::<N>::new(world.max_edges);
     let mut palette = Palette::new(Lanes::new(0.0));
     let lens = &world.lens;
-    let place = |raster: Vec2| (raster - lens.lo) / (lens.hi - lens.lo);
+    let place = |raster: Vec2| ((raster - lens.lo) / (lens.hi - lens.lo)).single();
     for i in 0..BLOCK {
         let mut rng = Rng::new(seed, stage::PROBE, block, i);
         let lanes: Lanes<N> = world.lanes(rng.next_f32());

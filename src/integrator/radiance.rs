@@ -4,10 +4,10 @@
 
 use crate::accel::Accel;
 use crate::path::{Emitters, Kind, Palette, Tally, Vertex, World, scatter, scatter_terms, trace};
+use crate::real::{Real, Vec3};
 use crate::sampling::Rng;
 use crate::scatter::{Mode, Transport};
 use crate::scene::spectrum::Spectrum;
-use glam::Vec3;
 
 /// Which paths are wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,7 +55,7 @@ pub fn radiance<const N: usize, A: Accel>(
                         p / (p + light)
                     }
                 };
-                by_length(edges, hero(beta * le, mono) * weight as f32);
+                by_length(edges, hero(beta * le, mono) * weight as Real);
             }
         }
         if v.kind != Kind::Surface || edges == world.max_edges {
@@ -78,7 +78,7 @@ pub fn radiance<const N: usize, A: Accel>(
         if t.fs.is_black() || t.pdf_e <= 0.0 {
             return;
         }
-        beta *= t.fs * (v.cos(next) / t.pdf_e) as f32;
+        beta *= t.fs * (v.cos(next) / t.pdf_e) as Real;
         last_pdf = if mode == Mode::NonSpecular {
             Some(t.pdf_e)
         } else {
@@ -125,7 +125,7 @@ fn direct<const N: usize, A: Accel>(
     } else {
         1.0
     };
-    t.fs * le * (g * weight / pdf) as f32
+    t.fs * le * (g * weight / pdf) as Real
 }
 
 /// Only the hero wavelength counts once the geometry depends on it; it then stands for all lanes.
@@ -135,6 +135,6 @@ fn hero<const N: usize>(s: Spectrum<N>, mono: bool) -> Spectrum<N> {
         return s;
     }
     let mut h = Spectrum::ZERO;
-    h.0[0] = s[0] * N as f32;
+    h.0[0] = s[0] * N as Real;
     h
 }

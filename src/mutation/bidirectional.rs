@@ -279,7 +279,7 @@ fn grow_light<const N: usize, A: Accel>(
     let mut from = if index > 0 {
         -x.links[index - 1].dir
     } else {
-        glam::Vec3::ZERO
+        crate::real::Vec3::ZERO
     };
     while left > 0 {
         let v = ws.pool.get(cur);
@@ -344,7 +344,7 @@ fn grow_eye<const N: usize, A: Accel>(
     let mut from = if kept >= 2 {
         x.links[n - kept].dir
     } else {
-        glam::Vec3::ZERO
+        crate::real::Vec3::ZERO
     };
     while left > 0 {
         let v = ws.pool.get(cur);

@@ -19,8 +19,8 @@ use super::turn::{Octaves, angle, turned};
 use super::{Context, Workspace};
 use crate::accel::Accel;
 use crate::path::{Ends, Kind, Path, Pool, World, deflect, exp2i};
+use crate::real::{Convert, Real, Vec3};
 use crate::scatter::{Frame, Mode, Transport};
-use glam::Vec3;
 use std::f64::consts::PI;
 
 /// See the module.
@@ -58,8 +58,8 @@ impl CausticPerturbation {
         };
         let start = ws.pool.get(x.links[m].slot);
         let (mut o, mut w) = if start.kind == Kind::Infinite {
-            let (sin, cos) = (phi as f32).sin_cos();
-            let across = Vec3::new(cos, sin, 0.0) * size as f32;
+            let (sin, cos) = (phi as Real).sin_cos();
+            let across = Vec3::new(cos, sin, 0.0) * size as Real;
             let through =
                 ws.pool.get(x.links[1].slot).p + Frame::from_normal(start.p).to_world(across);
             (world.emitters.entry(start.p, through), -start.p)
@@ -148,8 +148,8 @@ impl CausticPerturbation {
         if start.kind != Kind::Infinite {
             return angle(x.links[m].dir, y.links[m].dir);
         }
-        let d = (pool.get(y.links[1].slot).p - pool.get(x.links[1].slot).p).as_dvec3();
-        d.cross(start.p.as_dvec3()).length()
+        let d = (pool.get(y.links[1].slot).p - pool.get(x.links[1].slot).p).double();
+        d.cross(start.p.double()).length()
     }
 }
 

@@ -10,9 +10,9 @@ use super::falsify::{Density, factor, odd_row};
 use super::{Context, Workspace};
 use crate::accel::Accel;
 use crate::path::{Emitters, Ends, Kind, Path, Pool, deflect, exp2i};
+use crate::real::{Vec2, Vec3};
 use crate::sampling::{Rng, warp};
 use crate::scatter::{Mode, Transport};
-use glam::{Vec2, Vec3};
 
 /// See the module.
 pub struct LensPerturbation;

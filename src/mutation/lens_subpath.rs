@@ -15,8 +15,8 @@ use super::falsify::{Density, factor, odd_row};
 use super::{Context, Workspace};
 use crate::accel::Accel;
 use crate::path::{Ends, Kind, Path, Pool, Vertex, deflect, exp2i, scatter};
+use crate::real::{Real, Vec3};
 use crate::scatter::{Mode, Transport};
-use glam::Vec3;
 
 /// See the module.
 pub struct LensSubpath;
@@ -103,9 +103,9 @@ impl LensSubpath {
 
 /// Probability of the non-specular mode at `v` for what comes from direction `from`.
 #[inline]
-fn non_specular<const N: usize>(v: &Vertex<N>, from: Vec3) -> f32 {
+fn non_specular<const N: usize>(v: &Vertex<N>, from: Vec3) -> Real {
     if !v.bsdf.has_specular() {
-        return v.bsdf.has_non_specular() as u8 as f32;
+        return v.bsdf.has_non_specular() as u8 as Real;
     }
     v.bsdf
         .non_specular_probability(v.frame().to_local(from), Transport::FromEye)

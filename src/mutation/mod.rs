@@ -26,10 +26,10 @@ pub use crate::plan::Strategy;
 
 use crate::accel::Accel;
 use crate::path::{Ends, Palette, Path, Pool, Tally, Vertex, World, trace_into};
+use crate::real::Vec3;
 use crate::sampling::{Entries, Rng};
 use crate::scatter::{Mode, Transport};
 use crate::scene::spectrum::Lanes;
-use glam::Vec3;
 
 impl Strategy {
     /// The strategy may be chosen at x (`dispersive`: the scene has such materials at all).

@@ -1,7 +1,7 @@
 //! Small changes of directions: exponentially distributed between two sizes, at a uniform angle (Veach 11.4.3).
 
+use crate::real::{Convert, Real, Vec3};
 use crate::scatter::Frame;
-use glam::Vec3;
 #[cfg(test)]
 use std::f64::consts::PI;
 
@@ -46,8 +46,8 @@ impl Octaves {
 /// The unit direction `w` turned by `theta`, towards the side that `phi` names.
 #[inline]
 pub(super) fn turned(w: Vec3, theta: f64, phi: f64) -> Vec3 {
-    let (sin, cos) = (theta as f32).sin_cos();
-    let (y, x) = (phi as f32).sin_cos();
+    let (sin, cos) = (theta as Real).sin_cos();
+    let (y, x) = (phi as Real).sin_cos();
     Frame::from_normal(w)
         .to_world(Vec3::new(sin * x, sin * y, cos))
         .normalize()
@@ -56,7 +56,7 @@ pub(super) fn turned(w: Vec3, theta: f64, phi: f64) -> Vec3 {
 /// The angle between unit directions, as exact for small ones as the directions are.
 #[inline]
 pub(super) fn angle(a: Vec3, b: Vec3) -> f64 {
-    let (a, b) = (a.as_dvec3(), b.as_dvec3());
+    let (a, b) = (a.double(), b.double());
     2.0 * (a - b).length().atan2((a + b).length())
 }
 

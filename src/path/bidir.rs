@@ -2,10 +2,10 @@
 
 use super::{Emitters, Palette, Path, Pool, Tally, Vertex, World, walk::Walk};
 use crate::accel::Accel;
+use crate::real::Vec2;
 use crate::sampling::Rng;
 use crate::scatter::{Mode, Transport};
 use crate::scene::spectrum::Lanes;
-use glam::Vec2;
 
 /// How strategies are weighted against each other (Veach 9.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,11 +6,11 @@
 use super::{Kind, Palette, Vertex};
 use crate::accel::surface::{quadric_at, surface_at};
 use crate::plan::light_powers;
+use crate::real::{Convert, Real, Vec3};
 use crate::sampling::{Discrete, Grid2d, Rng, octahedral, warp};
 use crate::scatter::Frame;
 use crate::scene::spectrum::{Lanes, Rgb2Spec, Spectrum};
 use crate::scene::{Light, NONE, PrimId, Quadric, Scene};
-use glam::Vec3;
 use std::f64::consts::PI;
 
 /// The lights of a scene made ready for sampling.
@@ -23,7 +23,7 @@ pub struct Emitters {
     /// 1/area of each light's primitive, 0 for others.
     inv_area: Vec<f64>,
     center: Vec3,
-    radius: f32,
+    radius: Real,
     /// Some emitter can be hit by a ray.
     pub hittable: bool,
     /// Some light exists that emits anything.
@@ -40,6 +40,7 @@ impl Emitters {
     /// `weights` says how often each light is chosen.
     pub fn among(scene: &Scene, lit: impl Fn(usize) -> bool, weights: Vec<f64>) -> Self {
         let (center, radius) = scene.bounding_sphere();
+        let (center, radius) = (center.real(), radius.real());
         let (mut sky, mut grids) = (Vec::new(), Vec::new());
         let mut inv_area = vec![0.0; scene.lights.len()];
         let mut hittable = false;
@@ -114,9 +115,10 @@ impl Emitters {
                         let [_, b1, b2] = warp::triangle(u);
                         surface_at(&scene.geometry, *prim, b1, b2)
                     }
-                    Some(q @ Quadric::Sphere { center, radius, .. }) => {
-                        quadric_at(q, (*center + warp::sphere(u) * *radius).as_dvec3())
-                    }
+                    Some(q @ Quadric::Sphere { center, radius, .. }) => quadric_at(
+                        q,
+                        (center.real() + warp::sphere(u) * radius.real()).double(),
+                    ),
                     Some(
                         q @ Quadric::Disk {
                             center,
@@ -125,22 +127,20 @@ impl Emitters {
                             radius,
                         },
                     ) => {
-                        let d = warp::disk(u) * *radius;
-                        quadric_at(
-                            q,
-                            (*center + *tangent * d.x + normal.cross(*tangent) * d.y).as_dvec3(),
-                        )
+                        let (n, t) = (normal.real(), tangent.real());
+                        let d = warp::disk(u) * radius.real();
+                        quadric_at(q, (center.real() + t * d.x + n.cross(t) * d.y).double())
                     }
                 };
                 Vertex::from_surface(scene, PrimId::of(*prim), &s, palette)
             }
             Light::Point { position, .. } | Light::Spot { position, .. } => {
-                let mut v = Vertex::bare(Kind::Point, *position, Vec3::ZERO, i as u32);
+                let mut v = Vertex::bare(Kind::Point, position.real(), Vec3::ZERO, i as u32);
                 v.emission = palette.emission(scene, i as u32);
                 v
             }
             Light::Distant { direction, .. } => {
-                let mut v = Vertex::bare(Kind::Infinite, -*direction, Vec3::ZERO, i as u32);
+                let mut v = Vertex::bare(Kind::Infinite, -direction.real(), Vec3::ZERO, i as u32);
                 v.emission = palette.emission(scene, i as u32);
                 v
             }
@@ -153,7 +153,7 @@ impl Emitters {
                     .iter()
                     .position(|&k| k == i as u32)
                     .and_then(|k| self.grids[k].as_ref())?;
-                let w = (*to_world * octahedral::to_sphere(g.sample(u).0)).normalize();
+                let w = (to_world.real() * octahedral::to_sphere(g.sample(u).0)).normalize();
                 self.sky_vertex(scene, palette.lanes(), w)
             }
         })
@@ -180,7 +180,7 @@ impl Emitters {
                 .map(|(&i, g)| {
                     let p = match (&scene.lights[i as usize], g) {
                         (Light::InfiniteImage { to_world, .. }, Some(g)) => {
-                            g.pdf(octahedral::to_square(to_world.transpose() * x0.p)) as f64
+                            g.pdf(octahedral::to_square(to_world.real().transpose() * x0.p)) as f64
                                 / (4.0 * PI)
                         }
                         _ => 1.0 / (4.0 * PI),
@@ -216,7 +216,8 @@ impl Emitters {
                 cos_end,
                 ..
             } => {
-                let c = ((direction.dot(w) - cos_end) / (cos_start - cos_end)).clamp(0.0, 1.0);
+                let (start, end) = (cos_start.real(), cos_end.real());
+                let c = ((direction.real().dot(w) - end) / (start - end)).clamp(0.0, 1.0);
                 x0.emission * (c * c * (3.0 - 2.0 * c))
             }
             _ => Spectrum::ZERO,
@@ -245,12 +246,12 @@ impl Emitters {
                 Light::Spot {
                     direction, cos_end, ..
                 } => {
-                    let z = 1.0 - u.x * (1.0 - cos_end);
+                    let z = 1.0 - u.x * (1.0 - cos_end.real());
                     let r = (1.0 - z * z).max(0.0).sqrt();
-                    let (s, c) = (2.0 * std::f32::consts::PI * u.y).sin_cos();
+                    let (s, c) = (2.0 * crate::real::consts::PI * u.y).sin_cos();
                     (
                         x0.p,
-                        Frame::from_normal(*direction)
+                        Frame::from_normal(direction.real())
                             .to_world(Vec3::new(r * c, r * s, z))
                             .normalize(),
                     )
@@ -295,7 +296,7 @@ impl Emitters {
                 Light::Spot {
                     direction, cos_end, ..
                 } => {
-                    if direction.dot(w) > *cos_end {
+                    if direction.real().dot(w) > cos_end.real() {
                         1.0 / (2.0 * PI * (1.0 - *cos_end as f64))
                     } else {
                         0.0
@@ -332,17 +333,17 @@ fn from_sky<const N: usize>(
             illuminant,
         } => {
             let im = &scene.images[*image as usize];
-            let st = octahedral::to_square(to_world.transpose() * to_sky);
+            let st = octahedral::to_square(to_world.real().transpose() * to_sky);
             let (w, h) = (im.width as usize, im.height as usize);
-            let x = ((st.x * w as f32) as usize).min(w - 1);
-            let y = ((st.y * h as f32) as usize).min(h - 1);
+            let x = ((st.x * w as Real) as usize).min(w - 1);
+            let y = ((st.y * h as Real) as usize).min(h - 1);
             let rgb = im.texel(y * w + x);
             let scale = 2.0 * rgb[0].max(rgb[1]).max(rgb[2]);
             if scale <= 0.0 {
                 return Spectrum::ZERO;
             }
             Rgb2Spec::get().fetch(rgb.map(|c| c / scale)).eval(lanes)
-                * scale
+                * scale.real()
                 * illuminant.eval(lanes)
         }
         _ => Spectrum::ZERO,

@@ -4,14 +4,14 @@
 //! r the raster point in pixels: ∫ f over paths is radiance integrated over the raster domain.
 
 use super::{Kind, Vertex};
+use crate::real::{Convert, Real, Vec2, Vec3};
 use crate::sampling::warp;
 use crate::scene::{Camera, FilterSettings, NONE};
-use glam::{Vec2, Vec3};
 
 /// r1: the smallest distance a lens perturbation moves a raster point, pixels (Veach 11.4.3.1).
-const R1: f32 = 0.1;
+const R1: Real = 0.1;
 /// π·r2² as part of the image.
-const R2_AREA: f32 = 0.05;
+const R2_AREA: Real = 0.05;
 
 /// A camera made ready for light transport.
 #[derive(Clone, Debug)]
@@ -26,8 +26,8 @@ pub struct Lens {
     per_pixel: Vec2,
     /// Raster point = (x, y on z = 1 from the window's corner) · pixels.
     corner: Vec2,
-    radius: f32,
-    focal: f32,
+    radius: Real,
+    focal: Real,
     /// Lower corner of the raster domain, pixels.
     pub lo: Vec2,
     /// Upper corner of the raster domain, pixels.
@@ -35,35 +35,35 @@ pub struct Lens {
     /// Area of the raster domain, px².
     pub raster_area: f64,
     /// r2: the largest distance a lens perturbation moves a raster point, pixels.
-    pub perturbation: f32,
+    pub perturbation: Real,
     /// ln(r2/r1).
-    pub perturbation_range: f32,
+    pub perturbation_range: Real,
 }
 
 impl Lens {
     /// Prepares a camera whose pixels have the given filter.
     pub fn new(c: &Camera, filter: &FilterSettings) -> Self {
-        let [x0, x1, y0, y1] = c.screen;
-        let res = Vec2::new(c.resolution[0] as f32, c.resolution[1] as f32);
-        let r = Vec2::from_array(filter.radius);
+        let [x0, x1, y0, y1] = c.screen.real();
+        let res = Vec2::new(c.resolution[0] as Real, c.resolution[1] as Real);
+        let r = Vec2::from_array(filter.radius.real());
         let lo =
-            Vec2::new(c.crop[0] as f32 + 0.5, c.crop[1] as f32 + 0.5) - r.max(Vec2::splat(0.5));
+            Vec2::new(c.crop[0] as Real + 0.5, c.crop[1] as Real + 0.5) - r.max(Vec2::splat(0.5));
         let hi =
-            Vec2::new(c.crop[2] as f32 - 0.5, c.crop[3] as f32 - 0.5) + r.max(Vec2::splat(0.5));
-        let r2 = (R2_AREA * res.element_product() / std::f32::consts::PI).sqrt();
+            Vec2::new(c.crop[2] as Real - 0.5, c.crop[3] as Real - 0.5) + r.max(Vec2::splat(0.5));
+        let r2 = (R2_AREA * res.element_product() / crate::real::consts::PI).sqrt();
         Self {
-            position: c.position,
-            right: c.axes.x_axis,
-            up: c.axes.y_axis,
-            forward: c.axes.z_axis,
+            position: c.position.real(),
+            right: c.axes.x_axis.real(),
+            up: c.axes.y_axis.real(),
+            forward: c.axes.z_axis.real(),
             pixels: res / Vec2::new(x1 - x0, y1 - y0),
             per_pixel: Vec2::new(x1 - x0, y1 - y0) / res,
             corner: Vec2::new(x0, y1),
-            radius: c.lens_radius,
-            focal: c.focal_distance,
+            radius: c.lens_radius.real(),
+            focal: c.focal_distance.real(),
             lo,
             hi,
-            raster_area: (hi - lo).as_dvec2().element_product(),
+            raster_area: (hi - lo).double().element_product(),
             perturbation: r2,
             perturbation_range: (r2 / R1).max(1.0).ln(),
         }

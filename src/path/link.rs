@@ -1,10 +1,10 @@
 //! What a vertex contributes in its place on a path: f_s, both directional densities, and the edge to the next vertex.
 
 use super::{Kind, Vertex};
+use crate::real::{Real, Vec3};
 use crate::sampling::warp;
 use crate::scatter::{Bsdf, Mode, Transport};
 use crate::scene::spectrum::Spectrum;
-use glam::Vec3;
 
 /// The factors of f and of the densities that belong to vertex i of a path, and the edge i → i+1.
 #[derive(Clone, Copy, Debug)]
@@ -15,9 +15,9 @@ pub struct Link<const N: usize> {
     /// Unit direction of the edge i → i+1.
     pub dir: Vec3,
     /// [`Vertex::signed_cos`] of that direction at x_i.
-    pub cos_near: f32,
+    pub cos_near: Real,
     /// [`Vertex::signed_cos`] of that direction at x_{i+1}.
-    pub cos_far: f32,
+    pub cos_far: Real,
     /// 1 / squared length of that edge; 1 if it goes to infinity.
     pub inv_d2: f64,
     /// Geometry term of that edge.
@@ -27,9 +27,9 @@ pub struct Link<const N: usize> {
     /// Area density of x_i when generated from the eye side.
     pub pe: f64,
     /// Probability that the mode is chosen when coming from the eye side (1 unless specular).
-    pub prob_e: f32,
+    pub prob_e: Real,
     /// Probability that the mode is chosen when coming from the light side (1 unless specular).
-    pub prob_l: f32,
+    pub prob_l: Real,
     /// Scattering mode at x_i.
     pub mode: Mode,
     /// Pool slot of x_i.
@@ -100,9 +100,9 @@ pub struct ScatterTerms<const N: usize> {
     /// Density of w_l given w_e, per solid angle (the measure in which a delta's coefficient stands).
     pub pdf_e: f64,
     /// Mode probability from the light side.
-    pub prob_l: f32,
+    pub prob_l: Real,
     /// Mode probability from the eye side.
-    pub prob_e: f32,
+    pub prob_e: Real,
 }
 
 impl<const N: usize> ScatterTerms<N> {
@@ -136,8 +136,8 @@ pub(super) fn scatter_terms_at<const N: usize>(
     mode: Mode,
     w_l: Vec3,
     w_e: Vec3,
-    gl: f32,
-    ge: f32,
+    gl: Real,
+    ge: Real,
 ) -> ScatterTerms<N> {
     if x.kind != Kind::Surface {
         return ScatterTerms::NONE;
@@ -169,7 +169,7 @@ fn general_terms<const N: usize>(
     mode: Mode,
     w_l: Vec3,
     w_e: Vec3,
-    gl: f32,
+    gl: Real,
 ) -> ScatterTerms<N> {
     let frame = x.frame();
     let (l, e) = (frame.to_local(w_l), frame.to_local(w_e));

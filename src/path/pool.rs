@@ -1,8 +1,8 @@
 //! Fixed storage for vertices, so that a Markov step allocates nothing.
 
 use super::{Kind, Vertex};
+use crate::real::Vec3;
 use crate::scene::NONE;
-use glam::Vec3;
 
 /// Vertices shared by the paths of one chain.
 pub struct Pool<const N: usize> {

@@ -3,9 +3,9 @@
 use super::link::scatter_terms_at;
 use super::{Emitters, Kind, Link, Pool, Tally, Vertex, World};
 use crate::accel::Accel;
+use crate::real::{Real, Vec2};
 use crate::scatter::Mode;
 use crate::scene::spectrum::{Lanes, Spectrum};
-use glam::Vec2;
 use std::ops::Range;
 
 /// Which of the ends of a path were replaced: how many vertices are kept on either side.
@@ -229,7 +229,7 @@ impl<const N: usize> Path<N> {
         };
         self.raster = world.lens.raster(x.p, -e.dir).unwrap_or(Vec2::NEG_INFINITY);
         let lens = &mut self.links[k];
-        lens.fs = Spectrum::splat(world.lens.importance(cos) as f32);
+        lens.fs = Spectrum::splat(world.lens.importance(cos) as Real);
         lens.pe = world.lens.pdf_vertex();
         (lens.prob_l, lens.prob_e) = (1.0, 1.0);
     }
@@ -261,10 +261,10 @@ impl<const N: usize> Path<N> {
                         tally.check(s.mean() as f64);
                         return false;
                     }
-                    s = s * (1u64 << 40) as f32;
+                    s = s * (1u64 << 40) as Real;
                     exp -= 40;
                 } else if m > 1e12 {
-                    s = s * (1.0 / (1u64 << 40) as f32);
+                    s = s * (1.0 / (1u64 << 40) as Real);
                     exp += 40;
                 }
             }
@@ -276,7 +276,7 @@ impl<const N: usize> Path<N> {
                 .iter()
                 .any(|l| pool.get(l.slot).bsdf.is_dispersive())
         {
-            let hero = s[0] * N as f32;
+            let hero = s[0] * N as Real;
             s = Spectrum::ZERO;
             s.0[0] = hero;
         }
@@ -300,8 +300,8 @@ impl<const N: usize> Path<N> {
 
     /// XYZ of f / τ(f): what a chain splats.
     #[inline]
-    pub fn color(&self) -> [f32; 3] {
-        let inv = 1.0 / self.shape_tau as f32;
+    pub fn color(&self) -> [Real; 3] {
+        let inv = 1.0 / self.shape_tau as Real;
         self.lanes.xyz.map(|w| self.shape.dot(w) * inv)
     }
 

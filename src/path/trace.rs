@@ -1,11 +1,11 @@
 //! One more vertex: choose a direction, follow it.
 
 use super::{Fault, Kind, Palette, Tally, Vertex, World};
-use crate::accel::{Accel, Ray, closest, offset_origin, surface};
+use crate::accel::{Accel, OwnRay, closest, offset_origin, surface};
+use crate::real::{Real, Vec3};
 use crate::sampling::Rng;
 use crate::scatter::{Bsdf, Mode, Transport};
 use crate::scene::NONE;
-use glam::Vec3;
 
 /// Samples a direction and a mode at `x`; `from` points to the vertex the sub-path came from.
 #[inline]
@@ -80,10 +80,10 @@ pub fn trace_into<const N: usize, A: Accel>(
     v: &mut Vertex<N>,
 ) -> bool {
     tally.rays_closest += 1;
-    let ray = Ray {
+    let ray = OwnRay {
         o,
         d: w,
-        t_max: f32::INFINITY,
+        t_max: Real::INFINITY,
     };
     if let Some(hit) = closest(world.accel, &ray) {
         tally.hits_clamped += hit.clamped as u64;

@@ -4,11 +4,11 @@ use super::Emitters;
 use super::palette::{Palette, emission};
 use crate::accel::surface::{facets, uv_again};
 use crate::accel::{Surface, dpdu};
+use crate::real::{Convert, Real, Vec2, Vec3};
 use crate::scatter::{Bsdf, Frame, shade};
 use crate::scene::instance::MOST_INSTANCES;
 use crate::scene::spectrum::{Lanes, Spectrum};
 use crate::scene::{NONE, PrimId, Scene};
-use glam::{Vec2, Vec3};
 
 /// What kind of place a vertex is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,13 +30,13 @@ pub struct Vertex<const N: usize> {
     /// Position in stored world coordinates; the direction towards it for [`Kind::Infinite`].
     pub p: Vec3,
     /// Bound on the error of each coordinate of `p`.
-    pub error: f32,
+    pub error: Real,
     /// Unit geometric normal; zero where there is none.
     pub ng: Vec3,
     /// What the vertex is.
     pub kind: Kind,
     /// 1 where there is no surface to be foreshortened (and `ng` is 0), else 0.
-    unforeshortened: f32,
+    unforeshortened: Real,
     /// Light index, or [`NONE`].
     pub light: u32,
     /// Material index, or [`NONE`].
@@ -67,7 +67,7 @@ impl<const N: usize> Vertex<N> {
             error: 0.0,
             ng,
             kind,
-            unforeshortened: matches!(kind, Kind::Point | Kind::Infinite) as u8 as f32,
+            unforeshortened: matches!(kind, Kind::Point | Kind::Infinite) as u8 as Real,
             light,
             material: NONE,
             prim: NONE,
@@ -181,7 +181,7 @@ impl<const N: usize> Vertex<N> {
 
     /// Cosine between a unit direction and the geometric normal; 1 where there is no surface to be foreshortened.
     #[inline]
-    pub fn signed_cos(&self, w: Vec3) -> f32 {
+    pub fn signed_cos(&self, w: Vec3) -> Real {
         self.ng.dot(w) + self.unforeshortened
     }
 
@@ -217,10 +217,10 @@ fn place(prim: PrimId) -> [u8; 3] {
 /// As [`Vertex::towards`], where f32 does not hold the square of the distance.
 #[cold]
 fn far_or_near(d: Vec3) -> (Vec3, f64) {
-    let d = d.as_dvec3();
+    let d = d.double();
     let d2 = d.length_squared();
     if d2 == 0.0 {
         return (Vec3::ZERO, 0.0);
     }
-    ((d / d2.sqrt()).as_vec3(), 1.0 / d2)
+    ((d / d2.sqrt()).real(), 1.0 / d2)
 }

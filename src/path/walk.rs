@@ -3,9 +3,9 @@
 use super::trace::trace_into;
 use super::{Kind, Palette, Pool, Tally, World, scatter, scatter_terms};
 use crate::accel::{Accel, offset_origin};
+use crate::real::Vec3;
 use crate::sampling::Rng;
 use crate::scatter::{Mode, Transport};
-use glam::Vec3;
 
 /// Vertices after which Russian roulette begins.
 const ROULETTE_AFTER: usize = 5;

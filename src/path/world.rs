@@ -3,9 +3,9 @@
 use super::{Emitters, Kind, Lens, Sites, Tally, Vertex};
 use crate::accel::{Accel, Ray, offset_origin, visible};
 use crate::plan::{Effect, Plan};
+use crate::real::{Convert, Real, Vec3};
 use crate::scene::spectrum::{Grey, Lanes, Target};
 use crate::scene::{Material, Scene};
-use glam::Vec3;
 
 /// A scene made ready for light transport on a backend.
 pub struct World<'a, A: Accel> {
@@ -62,7 +62,7 @@ impl<'a, A: Accel> World<'a, A> {
 
     /// The lanes of hero variable `u`, with the target of this render.
     #[inline]
-    pub fn lanes<const N: usize>(&self, u: f32) -> Lanes<N> {
+    pub fn lanes<const N: usize>(&self, u: Real) -> Lanes<N> {
         match &self.grey {
             None => Lanes::with(u, self.target),
             Some(grey) => grey.lanes(self.target),
@@ -109,8 +109,8 @@ impl<'a, A: Accel> World<'a, A> {
         if far.kind == Kind::Infinite {
             let o = offset_origin(near.p, near.error, near.ng, far.p);
             return !self.accel.occluded(&Ray {
-                o,
-                d: far.p,
+                o: o.single(),
+                d: far.p.single(),
                 t_max: f32::INFINITY,
             });
         }

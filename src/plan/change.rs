@@ -6,6 +6,7 @@
 use super::Effect;
 use super::causes::is_environment;
 use super::reach::certain;
+use crate::real::{Convert, Real};
 use crate::scene::flatten::{flatten, put_behind};
 use crate::scene::material::{ConductorFresnel, Roughness};
 use crate::scene::spectrum::{Curve, rgb_albedo};
@@ -14,7 +15,7 @@ use crate::scene::{Light, Material, Scene};
 use glam::{Vec2, Vec3};
 
 /// Wavelength of the index that glass keeps without dispersion: the yellow helium line that n_d stands for, nm.
-const D_LINE: f32 = 587.6;
+const D_LINE: Real = 587.6;
 
 /// Radius of a forced aperture over the width of a pixel at the distance in focus: far below what can be seen.
 const PINPRICK: f32 = 1e-3;
@@ -26,7 +27,7 @@ pub fn remove(effect: Effect, scene: &mut Scene) {
         Effect::Dispersion => {
             for m in &mut scene.materials {
                 if let Material::Dielectric { eta, .. } | Material::CoatedDiffuse { eta, .. } = m {
-                    *eta = Curve::Constant(eta.at(D_LINE));
+                    *eta = Curve::Constant(eta.at(D_LINE).single());
                 }
             }
         }

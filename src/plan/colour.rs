@@ -5,6 +5,7 @@
 
 use super::Cause;
 use super::reach::is_black_texture;
+use crate::real::{Convert, Real};
 use crate::scene::material::ConductorFresnel;
 use crate::scene::spectrum::Curve;
 use crate::scene::texture::{Image, SpectrumTexture};
@@ -130,7 +131,7 @@ fn is_multiple(a: &Curve, b: &Curve) -> bool {
         ) if Arc::ptr_eq(a, b) && s == t => return true,
         _ => {}
     }
-    let samples = |c: &Curve| -> Vec<f32> { (360..=830).map(|l| c.at(l as f32)).collect() };
+    let samples = |c: &Curve| -> Vec<Real> { (360..=830).map(|l| c.at(l as Real)).collect() };
     let (a, b) = (samples(a), samples(b));
     let Some(top) = (0..b.len()).max_by(|i, j| b[*i].total_cmp(&b[*j])) else {
         return true;
@@ -139,5 +140,5 @@ fn is_multiple(a: &Curve, b: &Curve) -> bool {
     let pairs = a.iter().zip(&b);
     pairs
         .into_iter()
-        .all(|(a, b)| (a * b_top - b * a_top).abs() <= SAME * a_top.abs() * b_top.abs())
+        .all(|(a, b)| (a * b_top - b * a_top).abs() <= SAME.real() * a_top.abs() * b_top.abs())
 }

@@ -16,7 +16,8 @@
 
 use super::poisson::{Pattern, TILE};
 use super::{Permutation, Rng};
-use glam::{DVec2, Vec2};
+use crate::real::{Convert, Real, Vec2};
+use glam::DVec2;
 
 /// Least number of entries in a round.
 pub const ROUND: u64 = 100_000;
@@ -53,7 +54,7 @@ impl Cells {
     /// Of the domain from `lo` to `hi`, pixels: as many cells as it has pixels. If a filter makes it a whole number of
     /// pixels wide, the cells are the pixels, those cut by opposite borders making one together.
     pub fn new(lo: Vec2, hi: Vec2) -> Self {
-        let side = |lo: f32, hi: f32| {
+        let side = |lo: Real, hi: Real| {
             let width = f64::from(hi) - f64::from(lo);
             let n = width.round().max(1.0);
             let corner = if width == n { lo.ceil() } else { lo };
@@ -83,8 +84,8 @@ impl Cells {
     #[inline]
     fn point(&self, [x, y]: [u64; 2], u: DVec2) -> Vec2 {
         let at = DVec2::new(x as f64, y as f64);
-        let end = (self.corner + (at + 1.0) * self.size).as_vec2();
-        let p = (self.corner + (at + u) * self.size).as_vec2();
+        let end = (self.corner + (at + 1.0) * self.size).real();
+        let p = (self.corner + (at + u) * self.size).real();
         // Rounding to single precision may reach the next cell.
         let p = p.min(Vec2::new(end.x.next_down(), end.y.next_down()));
         Vec2::select(p.cmpge(self.hi), p - (self.hi - self.lo), p).max(self.lo)
@@ -255,7 +256,7 @@ mod tests {
         for (radius, size) in [(0.5f32, [37u64, 23u64]), (1.5, [20, 31]), (2.0, [24, 10])] {
             let (lo, hi) = (
                 Vec2::splat(0.5 - radius),
-                Vec2::new(size[0] as f32, size[1] as f32) + radius - 0.5,
+                Vec2::new(size[0] as Real, size[1] as Real) + radius - 0.5,
             );
             let cells = Cells::new(lo, hi);
             let mut one = Entries::new(table(1, 1, 1), 0, cells);
@@ -269,7 +270,7 @@ mod tests {
                     *counts.entry(r.floor().as_ivec2().to_array()).or_default() += 1;
                 }
                 let inner = counts.iter().filter(|(p, _)| {
-                    let p = p.map(|v| v as f32);
+                    let p = p.map(|v| v as Real);
                     p[0] >= lo.x && p[1] >= lo.y && p[0] + 1.0 <= hi.x && p[1] + 1.0 <= hi.y
                 });
                 let mut seen = 0;
@@ -320,7 +321,7 @@ mod tests {
         for p in points {
             at[p.x as usize + 320 * p.y as usize] = p;
         }
-        let mut least = f32::INFINITY;
+        let mut least = Real::INFINITY;
         for y in 0..320i32 {
             for x in 0..320i32 {
                 for (dx, dy) in [(1, 0), (-1, 1), (0, 1), (1, 1)] {

@@ -1,6 +1,6 @@
 //! A density on the unit square that is constant on each cell of a grid (PBRT A.5.5), for environment maps.
 
-use glam::Vec2;
+use crate::real::{Real, Vec2};
 
 /// A piecewise-constant density over [0, 1)².
 ///
@@ -49,25 +49,25 @@ impl Grid2d {
     }
 
     /// A point and its density per unit area of the square.
-    pub fn sample(&self, u: Vec2) -> (Vec2, f32) {
+    pub fn sample(&self, u: Vec2) -> (Vec2, Real) {
         let (j, fy, py) = invert(&self.marginal, f64::from(u.y));
         let (i, fx, px) = invert(self.row(j), f64::from(u.x));
         let point = Vec2::new(place(i, fx, self.nx), place(j, fy, self.ny));
         let pdf = px * py * (self.nx * self.ny) as f64;
-        (point, pdf as f32)
+        (point, pdf as Real)
     }
 
     /// Density of [`Self::sample`] at a point; 0 outside the square.
-    pub fn pdf(&self, p: Vec2) -> f32 {
+    pub fn pdf(&self, p: Vec2) -> Real {
         if !(p.x >= 0.0 && p.x <= 1.0 && p.y >= 0.0 && p.y <= 1.0) {
             return 0.0;
         }
-        let i = ((p.x * self.nx as f32) as usize).min(self.nx - 1);
-        let j = ((p.y * self.ny as f32) as usize).min(self.ny - 1);
+        let i = ((p.x * self.nx as Real) as usize).min(self.nx - 1);
+        let j = ((p.y * self.ny as Real) as usize).min(self.ny - 1);
         let row = self.row(j);
         let px = row[i + 1] - row[i];
         let py = self.marginal[j + 1] - self.marginal[j];
-        (px * py * (self.nx * self.ny) as f64) as f32
+        (px * py * (self.nx * self.ny) as f64) as Real
     }
 
     fn row(&self, j: usize) -> &[f64] {
@@ -103,12 +103,12 @@ fn invert(cdf: &[f64], u: f64) -> (usize, f64, f64) {
 }
 
 /// (i + f)/n, held inside cell i as f32 sees cells, so that `pdf` finds the same cell again.
-fn place(i: usize, f: f64, n: usize) -> f32 {
-    let mut x = ((i as f64 + f) / n as f64) as f32;
-    while (x * n as f32) as usize > i {
+fn place(i: usize, f: f64, n: usize) -> Real {
+    let mut x = ((i as f64 + f) / n as f64) as Real;
+    while (x * n as Real) as usize > i {
         x = x.next_down();
     }
-    while ((x * n as f32) as usize) < i {
+    while ((x * n as Real) as usize) < i {
         x = x.next_up();
     }
     x
@@ -153,7 +153,7 @@ mod tests {
         let mut sum = 0.0;
         for j in 0..7 {
             for i in 0..13 {
-                let p = Vec2::new((i as f32 + 0.5) / 13.0, (j as f32 + 0.5) / 7.0);
+                let p = Vec2::new((i as Real + 0.5) / 13.0, (j as Real + 0.5) / 7.0);
                 sum += f64::from(g.pdf(p)) / 91.0;
                 if j == 2 {
                     assert_eq!(g.pdf(p), 0.0);
@@ -161,11 +161,11 @@ mod tests {
             }
         }
         // 91 roundings to f32.
-        assert!((sum - 1.0).abs() < 91.0 * f64::from(f32::EPSILON));
+        assert!((sum - 1.0).abs() < 91.0 * f64::from(Real::EPSILON));
         let ratio =
             g.pdf(Vec2::new(3.5 / 13.0, 4.5 / 7.0)) / g.pdf(Vec2::new(4.5 / 13.0, 0.5 / 7.0));
-        let want = 500.0 / ((4 * 7) % 5) as f32;
-        assert!((ratio / want - 1.0).abs() < 4.0 * f32::EPSILON);
+        let want = 500.0 / ((4 * 7) % 5) as Real;
+        assert!((ratio / want - 1.0).abs() < 4.0 * Real::EPSILON);
         assert_eq!(g.pdf(Vec2::new(1.5, 0.5)), 0.0);
     }
 
@@ -176,13 +176,13 @@ mod tests {
         let mut count = vec![0u32; 64];
         for b in 0..m {
             for a in 0..m {
-                let u = Vec2::new(a as f32 + 0.5, b as f32 + 0.5) / m as f32;
+                let u = Vec2::new(a as Real + 0.5, b as Real + 0.5) / m as Real;
                 let p = g.sample(u).0;
                 count[(p.y * 8.0) as usize * 8 + (p.x * 8.0) as usize] += 1;
             }
         }
         for (k, &c) in count.iter().enumerate() {
-            let mid = Vec2::new((k % 8) as f32 + 0.5, (k / 8) as f32 + 0.5) / 8.0;
+            let mid = Vec2::new((k % 8) as Real + 0.5, (k / 8) as Real + 0.5) / 8.0;
             let want = f64::from(g.pdf(mid)) / 64.0 * f64::from(m * m);
             // Each edge of the cell's preimage moves by less than one row or column of points.
             assert!((f64::from(c) - want).abs() <= 4.0 * f64::from(m));

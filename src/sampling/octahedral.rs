@@ -1,11 +1,11 @@
 //! The equal-area map between the unit square and the sphere (Clarberg 2008) in pbrt-v4's orientation: the square's
 //! centre is +z, its corners are −z, and the square's x and y run along the sphere's.
 
-use glam::{Vec2, Vec3};
-use std::f32::consts::{FRAC_2_PI, FRAC_PI_4};
+use crate::real::consts::{FRAC_2_PI, FRAC_PI_4};
+use crate::real::{Real, Vec2, Vec3};
 
 /// Solid-angle density of a unit density on the square.
-pub const PDF: f32 = std::f32::consts::FRAC_1_PI / 4.0;
+pub const PDF: Real = crate::real::consts::FRAC_1_PI / 4.0;
 
 /// Point of the unit square → unit direction.
 pub fn to_sphere(p: Vec2) -> Vec3 {
@@ -84,7 +84,7 @@ mod tests {
     #[test]
     fn equal_squares_have_equal_solid_angles() {
         // The Jacobian by central differences: |∂d/∂x × ∂d/∂y| = 4π.
-        let h = 1e-2f32;
+        let h = 1e-2 as Real;
         let mut rng = Rng::new(3, 0, 0, 0);
         for _ in 0..2000 {
             let p = Vec2::splat(0.02) + 0.96 * rng.next_vec2();

@@ -1,7 +1,8 @@
 //! Counter-based random streams: every number is a pure function of (seed, stage, group, chain, step, draw), so work
 //! may be cut and resumed anywhere and still see the same numbers (the idea of Salmon et al. 2011).
 
-use glam::{DVec2, Vec2};
+use crate::real::{Real, Vec2};
+use glam::DVec2;
 use std::convert::Infallible;
 
 /// Odd, with about as many ones as zeros in every byte: the stride between the draws of a step.
@@ -65,7 +66,7 @@ impl Rng {
 
     /// Uniform in [0, 1), a multiple of 2⁻²⁴.
     #[inline]
-    pub fn next_f32(&mut self) -> f32 {
+    pub fn next_f32(&mut self) -> Real {
         unit24(self.next_u64() >> 40)
     }
 
@@ -115,8 +116,8 @@ impl rand::TryRng for Rng {
 }
 
 #[inline]
-fn unit24(bits: u64) -> f32 {
-    bits as f32 * (1.0 / (1 << 24) as f32)
+fn unit24(bits: u64) -> Real {
+    bits as Real * (1.0 / (1 << 24) as Real)
 }
 
 /// A bijection of 64-bit words in which every input bit flips every output bit with probability near 1/2
@@ -149,7 +150,7 @@ mod tests {
     #[test]
     fn numbers_are_equidistributed_in_one_and_two_dimensions_along_and_across_streams() {
         const N: u32 = 1 << 18;
-        type Draw = fn(u32) -> (f32, f32);
+        type Draw = fn(u32) -> (Real, Real);
         let draws: [Draw; 4] = [
             // Along a step, across steps, across chains, across seeds.
             |i| {
@@ -169,7 +170,7 @@ mod tests {
             },
             |i| {
                 let mut r = Rng::new(u64::from(i), 0, 0, 0);
-                (r.next_f64() as f32, r.next_f32())
+                (r.next_f64() as Real, r.next_f32())
             },
         ];
         for (k, draw) in draws.iter().enumerate() {

@@ -10,22 +10,22 @@ use super::coat_table::{RoughCoat, smooth_return, smooth_transmittance};
 use super::conductor::{half, mirror, reflection, reflection_pdf};
 use super::ggx::Ggx;
 use super::{BsdfSample, Mode, Specular, fresnel};
+use crate::real::consts::FRAC_1_PI;
+use crate::real::{Real, Vec2, Vec3};
 use crate::sampling::warp;
 use crate::scene::spectrum::Spectrum;
-use glam::{Vec2, Vec3};
-use std::f32::consts::FRAC_1_PI;
 
 /// Least albedo the choice between coat and base reckons with: the other lanes may be brighter than lane 0.
-const LEAST_ALBEDO: f32 = 0.1;
+const LEAST_ALBEDO: Real = 0.1;
 
 /// A coated Lambertian surface, the same from both sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CoatedDiffuse<const N: usize> {
     /// ρ/(π·η²·(1 − ρ·r)).
-    base: [f32; N],
+    base: [Real; N],
     /// Albedo of the base in the choice of lobes.
-    weight: f32,
-    eta: f32,
+    weight: Real,
+    eta: Real,
     coat: Coat,
     /// The index varies with wavelength.
     pub dispersive: bool,
@@ -40,7 +40,7 @@ enum Coat {
 impl<const N: usize> CoatedDiffuse<N> {
     /// From the base's albedo (held in 0..=1), the coat's index and its facets (`None`: smooth).
     #[inline]
-    pub fn new(albedo: Spectrum<N>, eta: f32, ggx: Option<Ggx>, dispersive: bool) -> Self {
+    pub fn new(albedo: Spectrum<N>, eta: Real, ggx: Option<Ggx>, dispersive: bool) -> Self {
         let (coat, r) = match ggx.filter(|_| eta > 1.0) {
             None => (Coat::Smooth, smooth_return(eta)),
             Some(ggx) => {
@@ -87,14 +87,14 @@ impl<const N: usize> CoatedDiffuse<N> {
 
     /// Probability of the coat's reflection, by macroscopic reflectance against what the base may return.
     #[inline]
-    fn coat_probability(&self, from: Vec3) -> f32 {
+    fn coat_probability(&self, from: Vec3) -> Real {
         let r = fresnel::dielectric(from.z.abs(), self.eta);
         r / (r + (1.0 - r) * self.weight)
     }
 
     /// Probability that [`Self::sample`] takes a lobe that is not a delta.
     #[inline]
-    pub fn non_specular_probability(&self, from: Vec3) -> f32 {
+    pub fn non_specular_probability(&self, from: Vec3) -> Real {
         match &self.coat {
             Coat::Smooth => 1.0 - self.coat_probability(from),
             Coat::Rough(..) => 1.0,
@@ -103,7 +103,7 @@ impl<const N: usize> CoatedDiffuse<N> {
 
     /// Density over both non-specular lobes.
     #[inline]
-    pub fn pdf(&self, from: Vec3, to: Vec3) -> f32 {
+    pub fn pdf(&self, from: Vec3, to: Vec3) -> Real {
         let Some((m, _)) = half(from, to) else {
             return 0.0;
         };
@@ -117,7 +117,7 @@ impl<const N: usize> CoatedDiffuse<N> {
 
     /// Coat by `uc`, else the base.
     #[inline]
-    pub fn sample(&self, from: Vec3, uc: f32, u: Vec2) -> Option<BsdfSample> {
+    pub fn sample(&self, from: Vec3, uc: Real, u: Vec2) -> Option<BsdfSample> {
         let p = self.coat_probability(from);
         let to = if uc < p {
             match &self.coat {

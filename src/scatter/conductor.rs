@@ -2,16 +2,16 @@
 
 use super::ggx::Ggx;
 use super::{BsdfSample, Mode, Specular, fresnel};
+use crate::real::{Real, Vec2, Vec3};
 use crate::scene::spectrum::Spectrum;
-use glam::{Vec2, Vec3};
 
 /// Complex refraction index in each lane. Plain arrays, so that a lobe is not padded to a vector's alignment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Index<const N: usize> {
     /// Real part.
-    pub eta: [f32; N],
+    pub eta: [Real; N],
     /// Imaginary part.
-    pub k: [f32; N],
+    pub k: [Real; N],
 }
 
 impl<const N: usize> Index<N> {
@@ -30,7 +30,7 @@ impl<const N: usize> Index<N> {
 
     /// Fresnel reflectance at |cos θ|.
     #[inline]
-    pub fn fresnel(&self, cos: f32) -> Spectrum<N> {
+    pub fn fresnel(&self, cos: Real) -> Spectrum<N> {
         Spectrum::from_fn(|i| fresnel::conductor(cos, self.eta[i], self.k[i]))
     }
 }
@@ -76,7 +76,7 @@ impl<const N: usize> RoughConductor<N> {
 
     /// Density of the visible normal, turned into that of the reflected direction.
     #[inline]
-    pub fn pdf(&self, from: Vec3, to: Vec3) -> f32 {
+    pub fn pdf(&self, from: Vec3, to: Vec3) -> Real {
         half(from, to).map_or(0.0, |(m, _)| reflection_pdf(&self.ggx, from, m))
     }
 
@@ -98,8 +98,8 @@ impl<const N: usize> RoughConductor<N> {
 /// side. The cosine is half the length of a + b, so it has the same bits when the directions change places. A product of
 /// cosines that f32 holds no digits of counts as the horizon.
 #[inline]
-pub(super) fn half(a: Vec3, b: Vec3) -> Option<(Vec3, f32)> {
-    if a.z * b.z < f32::MIN_POSITIVE {
+pub(super) fn half(a: Vec3, b: Vec3) -> Option<(Vec3, Real)> {
+    if a.z * b.z < Real::MIN_POSITIVE {
         return None;
     }
     let h = a + b;
@@ -116,12 +116,12 @@ pub(super) fn mirror(w: Vec3, m: Vec3) -> Vec3 {
 
 /// D·G/(4·|cos·cos|): a facet reflection without its Fresnel factor.
 #[inline]
-pub(super) fn reflection(ggx: &Ggx, a: Vec3, b: Vec3, m: Vec3) -> f32 {
+pub(super) fn reflection(ggx: &Ggx, a: Vec3, b: Vec3, m: Vec3) -> Real {
     ggx.d(m) * ggx.g2(a, b) / (4.0 * (a.z * b.z).abs())
 }
 
 /// Density of the mirrored direction: the visible normal's over 4·|from·m|, which cancels.
 #[inline]
-pub(super) fn reflection_pdf(ggx: &Ggx, from: Vec3, m: Vec3) -> f32 {
+pub(super) fn reflection_pdf(ggx: &Ggx, from: Vec3, m: Vec3) -> Real {
     ggx.g1(from) * ggx.d(m) / (4.0 * from.z.abs())
 }

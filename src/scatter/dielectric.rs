@@ -1,14 +1,14 @@
 //! A smooth interface between two dielectrics: a mirror and a refracted ray.
 
 use super::{Mode, Specular, fresnel};
+use crate::real::{Real, Vec3};
 use crate::scene::spectrum::Spectrum;
-use glam::Vec3;
 
 /// A smooth dielectric interface. z > 0 is outside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dielectric {
     /// Index inside over outside at lane 0.
-    pub eta: f32,
+    pub eta: Real,
     /// The index varies with wavelength.
     pub dispersive: bool,
 }
@@ -16,7 +16,7 @@ pub struct Dielectric {
 impl Dielectric {
     /// Chooses by reflectance, and deflects. The probability is that of the mode.
     #[inline]
-    pub fn sample(&self, from: Vec3, uc: f32) -> Option<(Vec3, Mode, f32)> {
+    pub fn sample(&self, from: Vec3, uc: Real) -> Option<(Vec3, Mode, Real)> {
         let r = fresnel::dielectric(from.z, self.eta);
         let (mode, prob) = if uc < r {
             (Mode::Reflect, r)
@@ -73,6 +73,6 @@ impl Dielectric {
 
 /// Index on the side of `w` over that on the other side.
 #[inline]
-pub(super) fn relative_index(w: Vec3, eta: f32) -> f32 {
+pub(super) fn relative_index(w: Vec3, eta: Real) -> Real {
     if w.z > 0.0 { 1.0 / eta } else { eta }
 }

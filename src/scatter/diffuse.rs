@@ -1,16 +1,16 @@
 //! Lambertian reflection, on the side the light comes from, whichever it is.
 
 use super::{BsdfSample, Mode};
+use crate::real::consts::FRAC_1_PI;
+use crate::real::{Real, Vec2, Vec3};
 use crate::sampling::warp;
 use crate::scene::spectrum::Spectrum;
-use glam::{Vec2, Vec3};
-use std::f32::consts::FRAC_1_PI;
 
 /// f_s = ρ/π on one side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Diffuse<const N: usize> {
     /// ρ/π.
-    value: [f32; N],
+    value: [Real; N],
 }
 
 impl<const N: usize> Diffuse<N> {
@@ -40,7 +40,7 @@ impl<const N: usize> Diffuse<N> {
 
     /// cos θ/π.
     #[inline]
-    pub fn pdf(&self, from: Vec3, to: Vec3) -> f32 {
+    pub fn pdf(&self, from: Vec3, to: Vec3) -> Real {
         if from.z * to.z > 0.0 {
             warp::cosine_hemisphere_pdf(to.z.abs())
         } else {

@@ -1,6 +1,6 @@
 //! Orthonormal frames: world ↔ local shading space.
 
-use glam::Vec3;
+use crate::real::{Real, Vec3};
 
 /// An orthonormal frame with z along the (shading) normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,7 +17,7 @@ impl Frame {
     /// Any frame around the unit vector `z`, without a branch (Duff et al. 2017).
     #[inline]
     pub fn from_normal(z: Vec3) -> Self {
-        let s = 1f32.copysign(z.z);
+        let s = (1.0 as Real).copysign(z.z);
         let a = -1.0 / (s + z.z);
         let b = z.x * z.y * a;
         Self {
@@ -64,7 +64,7 @@ mod tests {
     use super::*;
     use crate::sampling::{Rng, warp};
 
-    fn is_right_handed(f: &Frame, tol: f32) {
+    fn is_right_handed(f: &Frame, tol: Real) {
         for (a, b) in [(f.x, f.y), (f.y, f.z), (f.z, f.x)] {
             assert!(a.dot(b).abs() < tol, "{f:?}");
         }
@@ -99,7 +99,7 @@ mod tests {
 
     #[test]
     fn a_useless_tangent_still_gives_a_frame() {
-        for t in [Vec3::ZERO, 3.0 * Vec3::Y, Vec3::NAN, Vec3::splat(f32::MAX)] {
+        for t in [Vec3::ZERO, 3.0 * Vec3::Y, Vec3::NAN, Vec3::splat(Real::MAX)] {
             is_right_handed(&Frame::from_normal_tangent(Vec3::Y, t), 1e-6);
         }
     }

@@ -1,11 +1,11 @@
 //! Fresnel reflectance of unpolarised light, and Snell's law, at a plane with normal z.
 
-use glam::Vec3;
+use crate::real::{Real, Vec3};
 
 /// Reflectance of a dielectric interface whose index below (z < 0) over above is `eta`, for light along a direction
 /// with cosine `cos` to z (negative below), and the cosine > 0 of the refracted direction (0 in total reflection).
 #[inline]
-pub fn dielectric_parts(cos: f32, eta: f32) -> (f32, f32) {
+pub fn dielectric_parts(cos: Real, eta: Real) -> (Real, Real) {
     let c = cos.abs().min(1.0);
     // No interface: exactly nothing is reflected, where the formula would leave roundings.
     if eta == 1.0 {
@@ -27,14 +27,14 @@ pub fn dielectric_parts(cos: f32, eta: f32) -> (f32, f32) {
 
 /// As [`dielectric_parts`], the reflectance alone.
 #[inline]
-pub fn dielectric(cos: f32, eta: f32) -> f32 {
+pub fn dielectric(cos: Real, eta: Real) -> Real {
     dielectric_parts(cos, eta).0
 }
 
 /// Reflectance of a conductor of complex index `eta` + i·`k` at |cos θ| in 0..=1 (Born & Wolf 14.4.2). With
 /// a + i·b = √((η + iκ)² − sin²θ), both polarisations are quotients of sums of squares, which no rounding makes negative.
 #[inline]
-pub fn conductor(cos: f32, eta: f32, k: f32) -> f32 {
+pub fn conductor(cos: Real, eta: Real, k: Real) -> Real {
     // No interface; the quotients are 0/0 at the horizon.
     if eta == 1.0 && k == 0.0 {
         return 0.0;
@@ -53,7 +53,7 @@ pub fn conductor(cos: f32, eta: f32, k: f32) -> f32 {
         (small, large)
     };
     let (a, c) = (a2.sqrt(), c2.sqrt());
-    let square = |v: f32| v * v;
+    let square = |v: Real| v * v;
     let s = (square(a - c) + b2) / (square(a + c) + b2);
     let (ac, b2c2) = (a * c, b2 * c2);
     0.5 * s * (1.0 + (square(ac - s2) + b2c2) / (square(ac + s2) + b2c2))
@@ -67,7 +67,7 @@ pub fn reflect(w: Vec3) -> Vec3 {
 
 /// The direction on the other side of the plane into which `w` is refracted; `None` in total reflection.
 #[inline]
-pub fn refract(w: Vec3, eta: f32) -> Option<Vec3> {
+pub fn refract(w: Vec3, eta: Real) -> Option<Vec3> {
     if eta == 1.0 {
         return Some(-w);
     }
@@ -83,7 +83,7 @@ mod tests {
 
     #[test]
     fn normal_incidence_has_the_textbook_values() {
-        let r0 = |n: f32, k: f32| ((n - 1.0).powi(2) + k * k) / ((n + 1.0).powi(2) + k * k);
+        let r0 = |n: Real, k: Real| ((n - 1.0).powi(2) + k * k) / ((n + 1.0).powi(2) + k * k);
         for (n, k) in [(1.5, 0.0), (0.2, 3.9), (1.0, 2.0), (3.0, 3.0), (0.05, 4.0)] {
             assert!((conductor(1.0, n, k) - r0(n, k)).abs() < 1e-6, "{n} {k}");
         }
@@ -94,7 +94,7 @@ mod tests {
     #[test]
     fn conductor_without_absorption_is_the_dielectric() {
         for i in 0..=100 {
-            let c = i as f32 / 100.0;
+            let c = i as Real / 100.0;
             for eta in [1.3, 1.5, 2.4] {
                 let d = conductor(c, eta, 0.0) - dielectric(c, eta);
                 assert!(d.abs() < 2e-6, "{c} {eta} {d}");
@@ -126,7 +126,7 @@ mod tests {
                 let p = norm2(sub(m2c, mt)) / norm2(add(m2c, mt));
                 let s = norm2(sub((c, 0.0), mt)) / norm2(add((c, 0.0), mt));
                 let want = 0.5 * (p + s);
-                let got = f64::from(conductor(c as f32, n as f32, k as f32));
+                let got = f64::from(conductor(c as Real, n as Real, k as Real));
                 assert!((got - want).abs() < 2e-6, "{n} {k} {c}: {got} {want}");
             }
         }
@@ -135,12 +135,12 @@ mod tests {
     #[test]
     fn both_sides_of_an_interface_reflect_the_same() {
         for i in 1..200 {
-            let c = i as f32 / 200.0;
+            let c = i as Real / 200.0;
             for eta in [0.7, 1.33, 1.5, 2.4] {
                 let w = Vec3::new((1.0 - c * c).sqrt(), 0.0, c);
                 if let Some(t) = refract(w, eta) {
                     // R changes by up to 4·2.4 per unit of either cosine, and a refracted cosine is wrong by 4ε/cos.
-                    let tol = 40.0 * f32::EPSILON / c.min(t.z.abs());
+                    let tol = 40.0 * Real::EPSILON / c.min(t.z.abs());
                     assert!((dielectric(c, eta) - dielectric(t.z, eta)).abs() < tol);
                     assert!((refract(t, eta).unwrap() - w).length() < tol);
                 } else {

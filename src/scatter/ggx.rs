@@ -1,28 +1,28 @@
 //! The GGX microfacet distribution (Trowbridge & Reitz 1975; Walter et al. 2007), anisotropic, with Smith's
 //! height-correlated masking (Heitz 2014) and sampling of the visible normals.
 
+use crate::real::consts::{FRAC_1_PI, TAU};
+use crate::real::{Convert, Real, Vec2, Vec3};
 use crate::scene::material::SMOOTH;
-use glam::{Vec2, Vec3};
-use std::f32::consts::{FRAC_1_PI, TAU};
 
 /// Least α of a rough direction, so that one smooth direction of two does not divide by 0 (as pbrt-v4).
-const LEAST: f32 = 1e-4;
+const LEAST: Real = 1e-4;
 
 /// A GGX distribution of normals around z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ggx {
     /// α along x.
-    pub ax: f32,
+    pub ax: Real,
     /// α along y.
-    pub ay: f32,
+    pub ay: Real,
 }
 
 impl Ggx {
     /// The distribution, or `None` where the surface counts as smooth.
     #[inline]
-    pub fn new(ax: f32, ay: f32) -> Option<Self> {
+    pub fn new(ax: Real, ay: Real) -> Option<Self> {
         // A NaN counts as smooth.
-        (ax.max(ay) >= SMOOTH).then(|| Self {
+        (ax.max(ay) >= SMOOTH.real()).then(|| Self {
             ax: ax.max(LEAST),
             ay: ay.max(LEAST),
         })
@@ -30,13 +30,13 @@ impl Ggx {
 
     /// The isotropic α of about the same roughness.
     #[inline]
-    pub fn mean_alpha(&self) -> f32 {
+    pub fn mean_alpha(&self) -> Real {
         (self.ax * self.ay).sqrt()
     }
 
     /// D(m): area of facets with normal m per unit area and solid angle; ∫ D·cos dm = 1.
     #[inline]
-    pub fn d(&self, m: Vec3) -> f32 {
+    pub fn d(&self, m: Vec3) -> Real {
         let (x, y) = (m.x / self.ax, m.y / self.ay);
         let q = x * x + y * y + m.z * m.z;
         FRAC_1_PI / (self.ax * self.ay * q * q)
@@ -44,28 +44,28 @@ impl Ggx {
 
     /// Smith's Λ(w); infinite at the horizon.
     #[inline]
-    pub fn lambda(&self, w: Vec3) -> f32 {
+    pub fn lambda(&self, w: Vec3) -> Real {
         let (x, y) = (w.x * self.ax, w.y * self.ay);
         0.5 * ((1.0 + (x * x + y * y) / (w.z * w.z)).sqrt() - 1.0)
     }
 
     /// Share of the facets turned to `w` that `w` sees.
     #[inline]
-    pub fn g1(&self, w: Vec3) -> f32 {
+    pub fn g1(&self, w: Vec3) -> Real {
         1.0 / (1.0 + self.lambda(w))
     }
 
     /// Share that both see, with heights correlated. pbrt-v4 takes the same form across an interface.
     #[inline]
-    pub fn g2(&self, a: Vec3, b: Vec3) -> f32 {
+    pub fn g2(&self, a: Vec3, b: Vec3) -> Real {
         1.0 / (1.0 + self.lambda(a) + self.lambda(b))
     }
 
     /// Density of the normals `w` sees: G1(w)·max(0, w·m)·D(m)/|cos θ_w|. `m` has m.z ≥ 0 and `w` may lie on either
     /// side; only facets turned to it count.
     #[inline]
-    pub fn visible_pdf(&self, w: Vec3, m: Vec3) -> f32 {
-        let wm = w.dot(m) * 1f32.copysign(w.z);
+    pub fn visible_pdf(&self, w: Vec3, m: Vec3) -> Real {
+        let wm = w.dot(m) * (1.0 as Real).copysign(w.z);
         if wm <= 0.0 || w.z == 0.0 {
             return 0.0;
         }
@@ -92,7 +92,7 @@ mod tests {
     use crate::sampling::Rng;
 
     /// ∫ f(m) dm over the hemisphere by the midpoint rule in tan θ scaled by α, which resolves the peak.
-    fn integrate(g: &Ggx, f: impl Fn(Vec3) -> f32) -> f64 {
+    fn integrate(g: &Ggx, f: impl Fn(Vec3) -> Real) -> f64 {
         let (n, k) = (1000, 128);
         let mut sum = 0.0;
         for i in 0..n {
@@ -108,7 +108,7 @@ mod tests {
                     f64::from(g.ay) * tan2.sqrt() * phi.sin(),
                 );
                 let z = 1.0 / (1.0 + x * x + y * y).sqrt();
-                let m = Vec3::new((x * z) as f32, (y * z) as f32, z as f32);
+                let m = Vec3::new((x * z) as Real, (y * z) as Real, z as Real);
                 // dm = cos³ dx dy of slopes; dx dy = αx·αy/2 · d(tan²)·dφ.
                 let jac = z.powi(3) * f64::from(g.ax * g.ay) * 0.5 / (1.0 - t).powi(2) * 2.0 * s;
                 sum += f64::from(f(m)) * jac;
@@ -176,7 +176,7 @@ mod tests {
     #[test]
     fn smoothness_threshold_is_that_of_pbrt() {
         assert!(Ggx::new(0.0, 0.0009).is_none());
-        assert!(Ggx::new(f32::NAN, f32::NAN).is_none());
+        assert!(Ggx::new(Real::NAN, Real::NAN).is_none());
         assert_eq!(Ggx::new(0.0, 0.1).unwrap().ax, 1e-4);
         assert!(Ggx::new(0.001, 0.001).is_some());
     }

@@ -3,10 +3,10 @@
 //! As in pbrt-v4 the choice is a hash of the point, so the surface is a fine dust of both materials. pbrt-v4 hashes the
 //! viewing direction too; that would make a path's value depend on which end found it, so here the point alone counts.
 
+use crate::real::{Convert, Real, Vec2, Vec3};
 use crate::sampling::rng::mix;
 use crate::scene::texture::Image;
 use crate::scene::{Material, Scene};
-use glam::{Vec2, Vec3};
 
 /// The material that is not a mix which `material` comes down to at `point` with texture coordinates `uv`.
 ///
@@ -42,10 +42,11 @@ pub fn resolve_in(
 
 /// A number in [0, 1) from the bits of a point, one for each mix, so that nested mixes are independent.
 #[inline]
-fn uniform(p: Vec3, salt: u32) -> f32 {
+fn uniform(p: Vec3, salt: u32) -> Real {
+    let p = p.single();
     let word = |a: f32, b: u32| (u64::from(a.to_bits()) << 32) | u64::from(b);
     let h = mix(mix(word(p.x, p.y.to_bits())).wrapping_add(word(p.z, salt)));
-    (h >> 40) as f32 * (1.0 / (1 << 24) as f32)
+    (h >> 40) as Real * (1.0 / (1 << 24) as Real)
 }
 
 #[cfg(test)]
@@ -58,7 +59,7 @@ mod tests {
         let (mut one, mut both) = (0, 0);
         for i in 0..n {
             for j in 0..n {
-                let p = Vec3::new(i as f32 / n as f32, 3.0 + j as f32 / n as f32, 0.5);
+                let p = Vec3::new(i as Real / n as Real, 3.0 + j as Real / n as Real, 0.5);
                 let (a, b) = (uniform(p, 1) < 0.3, uniform(p, 2) < 0.3);
                 one += u32::from(a);
                 both += u32::from(a && b);

@@ -22,8 +22,8 @@ pub use frame::Frame;
 pub use mix::resolve as resolve_mix;
 pub use shade::{shade, shade_material};
 
+use crate::real::{Real, Vec2, Vec3};
 use crate::scene::spectrum::Spectrum;
-use glam::{Vec2, Vec3};
 
 /// How a path scatters at a vertex: part of the path's state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -54,7 +54,7 @@ pub struct BsdfSample {
     pub mode: Mode,
     /// Non-specular: solid-angle density of `to`, of all non-specular lobes, times the probability of choosing them.
     /// Specular: the probability of choosing this mode.
-    pub pdf: f32,
+    pub pdf: Real,
 }
 
 /// A delta lobe, both directions at once.
@@ -63,11 +63,11 @@ pub struct Specular<const N: usize> {
     /// Coefficient c of radiance transport: L(w_e) = c · L(w_l). Includes (n_e/n_l)² in transmission.
     pub value: Spectrum<N>,
     /// Probability that sampling from the eye side chooses this mode.
-    pub prob_e: f32,
+    pub prob_e: Real,
     /// Probability that sampling from the light side chooses this mode.
-    pub prob_l: f32,
+    pub prob_l: Real,
     /// dω_l/dω_e = (n_e²·|cos e|)/(n_l²·|cos l|): 1 in reflection.
-    pub jacobian: f32,
+    pub jacobian: Real,
 }
 
 /// All lobes at a point, with their spectra at the path's wavelengths.
@@ -110,7 +110,7 @@ impl<const N: usize> Bsdf<N> {
 
     /// Solid-angle density with which [`Self::sample`] returns `to` as non-specular.
     #[inline]
-    pub fn pdf(&self, from: Vec3, to: Vec3, _dir: Transport) -> f32 {
+    pub fn pdf(&self, from: Vec3, to: Vec3, _dir: Transport) -> Real {
         match self {
             Self::Diffuse(b) => b.pdf(from, to),
             Self::RoughConductor(b) => b.pdf(from, to),
@@ -123,9 +123,9 @@ impl<const N: usize> Bsdf<N> {
     /// Samples a direction and a mode. `uc` chooses the lobe, `u` the direction.
     /// The density returned has the bits that [`Self::pdf`] or [`Self::specular`] returns for the same pair.
     #[inline]
-    pub fn sample(&self, from: Vec3, _dir: Transport, uc: f32, u: Vec2) -> Option<BsdfSample> {
+    pub fn sample(&self, from: Vec3, _dir: Transport, uc: Real, u: Vec2) -> Option<BsdfSample> {
         let delta =
-            |s: Option<(Vec3, Mode, f32)>| s.map(|(to, mode, pdf)| BsdfSample { to, mode, pdf });
+            |s: Option<(Vec3, Mode, Real)>| s.map(|(to, mode, pdf)| BsdfSample { to, mode, pdf });
         match self {
             Self::Black => None,
             Self::Diffuse(b) => b.sample(from, u),
@@ -181,10 +181,10 @@ impl<const N: usize> Bsdf<N> {
 
     /// Probability that [`Self::sample`] takes a non-delta lobe.
     #[inline]
-    pub fn non_specular_probability(&self, from: Vec3, _dir: Transport) -> f32 {
+    pub fn non_specular_probability(&self, from: Vec3, _dir: Transport) -> Real {
         match self {
             Self::CoatedDiffuse(b) => b.non_specular_probability(from),
-            _ => self.has_non_specular() as u8 as f32,
+            _ => self.has_non_specular() as u8 as Real,
         }
     }
 
@@ -211,4 +211,5 @@ impl<const N: usize> Bsdf<N> {
 }
 
 // A path vertex stores one of these.
+#[cfg(not(feature = "double"))]
 const _: () = assert!(size_of::<Bsdf<4>>() <= 52 && size_of::<Bsdf<1>>() <= 40);

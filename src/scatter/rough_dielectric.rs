@@ -4,14 +4,14 @@ use super::conductor::{half, mirror, reflection, reflection_pdf};
 use super::dielectric::relative_index;
 use super::ggx::Ggx;
 use super::{BsdfSample, Mode, fresnel};
+use crate::real::{Real, Vec2, Vec3};
 use crate::scene::spectrum::Spectrum;
-use glam::{Vec2, Vec3};
 
 /// A rough dielectric interface. z > 0 is outside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoughDielectric {
     /// Index inside over outside at lane 0; not 1.
-    pub eta: f32,
+    pub eta: Real,
     /// Facets.
     pub ggx: Ggx,
     /// The index varies with wavelength.
@@ -38,7 +38,7 @@ impl RoughDielectric {
 
     /// Density of the visible normal, times R or 1 − R at that facet, turned into that of the direction.
     #[inline]
-    pub fn pdf(&self, from: Vec3, to: Vec3) -> f32 {
+    pub fn pdf(&self, from: Vec3, to: Vec3) -> Real {
         if let Some((m, cos)) = half(from, to) {
             let r = fresnel::dielectric(cos.copysign(from.z), self.eta);
             return r * reflection_pdf(&self.ggx, from, m);
@@ -52,7 +52,7 @@ impl RoughDielectric {
 
     /// A visible normal, then reflection or refraction there by `uc`; `None` when that leads to the wrong side.
     #[inline]
-    pub fn sample(&self, from: Vec3, uc: f32, u: Vec2) -> Option<BsdfSample> {
+    pub fn sample(&self, from: Vec3, uc: Real, u: Vec2) -> Option<BsdfSample> {
         let m = self.ggx.sample_visible(from, u);
         let r = fresnel::dielectric(from.dot(m), self.eta);
         let to = if uc < r {
@@ -74,17 +74,17 @@ impl RoughDielectric {
 /// The facet that refracts one direction into another.
 struct Facet {
     m: Vec3,
-    from_m: f32,
-    to_m: f32,
+    from_m: Real,
+    to_m: Real,
     /// n_to/n_from.
-    ratio: f32,
+    ratio: Real,
 }
 
 impl Facet {
     /// `None` where no facet turned to both does it.
     #[inline]
-    fn refracting(from: Vec3, to: Vec3, eta: f32) -> Option<Self> {
-        if from.z * to.z > -f32::MIN_POSITIVE {
+    fn refracting(from: Vec3, to: Vec3, eta: Real) -> Option<Self> {
+        if from.z * to.z > -Real::MIN_POSITIVE {
             return None;
         }
         let ratio = relative_index(to, eta);
@@ -102,7 +102,7 @@ impl Facet {
 
     /// (from·m + ratio·to·m)², the square of the unnormalised half vector.
     #[inline]
-    fn denominator(&self) -> f32 {
+    fn denominator(&self) -> Real {
         let d = self.from_m + self.ratio * self.to_m;
         d * d
     }
@@ -110,7 +110,7 @@ impl Facet {
 
 /// Refracts `w` at a facet of normal `m` (z ≥ 0) on an interface of index `eta`; `None` in total reflection.
 #[inline]
-pub(super) fn refract_about(w: Vec3, m: Vec3, eta: f32) -> Option<Vec3> {
+pub(super) fn refract_about(w: Vec3, m: Vec3, eta: Real) -> Option<Vec3> {
     let c = w.dot(m);
     let inv = if c > 0.0 { 1.0 / eta } else { eta };
     let cos2 = 1.0 - (1.0 - c * c).max(0.0) * inv * inv;

@@ -8,11 +8,11 @@ use super::ggx::Ggx;
 use super::rough_dielectric::RoughDielectric;
 use super::thin_dielectric::ThinDielectric;
 use super::{Bsdf, mix};
+use crate::real::{Real, Vec2};
 use crate::scene::Scene;
 use crate::scene::material::{ConductorFresnel, Material, Roughness};
 use crate::scene::spectrum::{Curve, Lanes};
 use crate::scene::texture::{Image, SpectrumTexture};
-use glam::Vec2;
 
 /// The BSDF of `material` at `uv` and the wavelengths of `lanes`; black where there is no such material.
 ///
@@ -97,18 +97,20 @@ pub fn shade_material<const N: usize>(
 
 /// Index at lane 0, and whether it varies.
 #[inline]
-fn hero_index<const N: usize>(eta: &Curve, lanes: &Lanes<N>) -> (f32, bool) {
+fn hero_index<const N: usize>(eta: &Curve, lanes: &Lanes<N>) -> (Real, bool) {
     (or_one(eta.at(lanes.lambda[0])), !eta.is_constant())
 }
 
 /// Facets spread what passes a step |η − 1| in the index over about |η − 1|·α rad. Where that is less than 1024 roundings
 /// of a unit direction, the facet that joins two directions is mostly rounding (for η = 1 there is none), so the interface
 /// counts as smooth; a tenth of a pixel's angle hides the difference.
-const LEAST_SPREAD: f32 = 1024.0 * 0.5 * f32::EPSILON;
+///
+/// Roundings of f32 in either build, so that both take the same interfaces for smooth.
+const LEAST_SPREAD: Real = 1024.0 * 0.5 * f32::EPSILON as Real;
 
 /// An index of 0 stands for 1, as pbrt-v4 has it; the same for what is no number.
 #[inline]
-fn or_one(eta: f32) -> f32 {
+fn or_one(eta: Real) -> Real {
     if eta > 0.0 && eta.is_finite() {
         eta
     } else {

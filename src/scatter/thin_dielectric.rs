@@ -1,27 +1,27 @@
 //! A thin sheet: both interfaces of a dielectric at once, so rays pass unbent.
 
 use super::{Mode, Specular, fresnel};
+use crate::real::{Real, Vec3};
 use crate::scene::spectrum::Spectrum;
-use glam::Vec3;
 
 /// A sheet of index η, all internal reflections summed. Directions do not depend on η, so every lane has its own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThinDielectric<const N: usize> {
     /// Index in each lane.
-    pub eta: [f32; N],
+    pub eta: [Real; N],
 }
 
 impl<const N: usize> ThinDielectric<N> {
     /// R + T·R·T + T·R³·T + … = 2R/(1 + R) in one lane, R of one interface.
     #[inline]
-    fn reflectance(&self, cos: f32, lane: usize) -> f32 {
+    fn reflectance(&self, cos: Real, lane: usize) -> Real {
         let r = fresnel::dielectric(cos.abs(), self.eta[lane]);
         2.0 * r / (1.0 + r)
     }
 
     /// Chooses by lane 0's reflectance.
     #[inline]
-    pub fn sample(&self, from: Vec3, uc: f32) -> Option<(Vec3, Mode, f32)> {
+    pub fn sample(&self, from: Vec3, uc: Real) -> Option<(Vec3, Mode, Real)> {
         let r = self.reflectance(from.z, 0);
         let (mode, prob) = if uc < r {
             (Mode::Reflect, r)

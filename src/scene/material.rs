@@ -2,6 +2,7 @@
 
 use super::spectrum::Curve;
 use super::texture::{FloatTexture, SpectrumTexture};
+use crate::real::Real;
 
 /// α below which a surface is taken for smooth, if both are (pbrt-v4's threshold).
 pub const SMOOTH: f32 = 1e-3;
@@ -180,8 +181,8 @@ impl Material {
 }
 
 /// `f` holds for an index at some whole nanometre; an index of 0 stands for 1.
-fn somewhere(eta: &Curve, f: impl Fn(f32) -> bool) -> bool {
-    let at = |l: u32| match eta.at(l as f32) {
+fn somewhere(eta: &Curve, f: impl Fn(Real) -> bool) -> bool {
+    let at = |l: u32| match eta.at(l as Real) {
         e if e > 0.0 && e.is_finite() => f(e),
         _ => f(1.0),
     };

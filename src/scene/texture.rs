@@ -1,7 +1,7 @@
 //! Textures as small expression trees over constants and images.
 
 use super::spectrum::{Curve, Lanes, Rgb2Spec, Spectrum};
-use glam::Vec2;
+use crate::real::{Convert, Real, Vec2};
 
 /// A decoded image, linear light, row 0 on top.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,16 +62,16 @@ pub enum Wrap {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UvMapping {
     /// Scale.
-    pub scale: Vec2,
+    pub scale: glam::Vec2,
     /// Offset.
-    pub offset: Vec2,
+    pub offset: glam::Vec2,
 }
 
 impl UvMapping {
     /// Maps surface coordinates to texture coordinates.
     #[inline]
     pub fn apply(&self, uv: Vec2) -> Vec2 {
-        uv * self.scale + self.offset
+        uv * self.scale.real() + self.offset.real()
     }
 }
 
@@ -94,7 +94,7 @@ pub struct ImageMap {
 
 impl ImageMap {
     /// Filtered linear RGB at `uv`.
-    pub fn rgb(&self, uv: Vec2, images: &[Image]) -> [f32; 3] {
+    pub fn rgb(&self, uv: Vec2, images: &[Image]) -> [Real; 3] {
         let im = &images[self.image as usize];
         let st = self.mapping.apply(uv);
         // pbrt: t runs upwards, rows run downwards.
@@ -103,7 +103,7 @@ impl ImageMap {
         let mut out = [0.0; 3];
         if self.point {
             if let (Some(x), Some(y)) = (nearest(s, w, self.wrap), nearest(t, h, self.wrap)) {
-                out = im.texel(y * im.width as usize + x);
+                out = im.texel(y * im.width as usize + x).real();
             }
         } else {
             let (xs, fx) = between(s, w, self.wrap);
@@ -111,7 +111,7 @@ impl ImageMap {
             for (y, wy) in [(ys[0], 1.0 - fy), (ys[1], fy)] {
                 for (x, wx) in [(xs[0], 1.0 - fx), (xs[1], fx)] {
                     if let (Some(x), Some(y)) = (x, y) {
-                        let texel = im.texel(y * im.width as usize + x);
+                        let texel = im.texel(y * im.width as usize + x).real();
                         for c in 0..3 {
                             out[c] += wx * wy * texel[c];
                         }
@@ -120,7 +120,7 @@ impl ImageMap {
             }
         }
         out.map(|v| {
-            let v = v * self.scale;
+            let v = v * self.scale.real();
             if self.invert { (1.0 - v).max(0.0) } else { v }
         })
     }
@@ -128,14 +128,14 @@ impl ImageMap {
 
 /// The texel of n that the coordinate `s` lies nearest to; `None` in the black.
 #[inline]
-fn nearest(s: f32, n: i32, wrap: Wrap) -> Option<usize> {
-    wrapped((inside(s, wrap) * n as f32 - 0.5).round() as i32, n, wrap)
+fn nearest(s: Real, n: i32, wrap: Wrap) -> Option<usize> {
+    wrapped((inside(s, wrap) * n as Real - 0.5).round() as i32, n, wrap)
 }
 
 /// The two texels of n that the coordinate `s` lies between, and how far it is from the first.
 #[inline]
-fn between(s: f32, n: i32, wrap: Wrap) -> ([Option<usize>; 2], f32) {
-    let x = inside(s, wrap) * n as f32 - 0.5;
+fn between(s: Real, n: i32, wrap: Wrap) -> ([Option<usize>; 2], Real) {
+    let x = inside(s, wrap) * n as Real - 0.5;
     let first = x.floor();
     let i = first as i32;
     (
@@ -146,7 +146,7 @@ fn between(s: f32, n: i32, wrap: Wrap) -> ([Option<usize>; 2], f32) {
 
 /// The coordinate brought into 0..=1 where it repeats, so that an index is off by one period at most.
 #[inline]
-fn inside(s: f32, wrap: Wrap) -> f32 {
+fn inside(s: Real, wrap: Wrap) -> Real {
     match wrap {
         Wrap::Repeat => s - s.floor(),
         Wrap::Clamp | Wrap::Black => s,
@@ -188,10 +188,10 @@ impl FloatTexture {
     }
 
     /// Value at `uv`.
-    pub fn eval(&self, uv: Vec2, images: &[Image]) -> f32 {
+    pub fn eval(&self, uv: Vec2, images: &[Image]) -> Real {
         match self {
-            Self::Constant(v) => *v,
-            Self::Image(m) => m.rgb(uv, images).iter().sum::<f32>() / 3.0,
+            Self::Constant(v) => v.real(),
+            Self::Image(m) => m.rgb(uv, images).iter().sum::<Real>() / 3.0,
             Self::Scale(a, b) => a.eval(uv, images) * b.eval(uv, images),
             Self::Checkerboard(m, a, b) => {
                 (if checker(m.apply(uv)) { a } else { b }).eval(uv, images)
@@ -234,7 +234,7 @@ impl SpectrumTexture {
             Self::Constant(c) => c.eval(lanes),
             Self::Image(m) => {
                 let rgb = m.rgb(uv, images).map(|v| v.clamp(0.0, 1.0));
-                Rgb2Spec::get().fetch(rgb).eval(lanes)
+                Rgb2Spec::get().fetch(rgb.single()).eval(lanes)
             }
             Self::Scale(a, b) => a.eval(uv, lanes, images) * b.eval(uv, images),
             Self::Checkerboard(m, a, b) => {
@@ -254,8 +254,8 @@ mod tests {
     use super::*;
 
     /// A 4 × 2 image whose red says the column and whose green says the row.
-    fn at(uv: [f32; 2], wrap: Wrap, point: bool) -> [f32; 3] {
-        let rgb = (0..8).map(|i| [(i % 4) as f32, (i / 4) as f32, 1.0]);
+    fn at(uv: [Real; 2], wrap: Wrap, point: bool) -> [Real; 3] {
+        let rgb = (0..8).map(|i| [(i % 4) as Real, (i / 4) as Real, 1.0]);
         let image = Image {
             width: 4,
             height: 2,
@@ -280,8 +280,8 @@ mod tests {
         for wrap in [Wrap::Repeat, Wrap::Clamp, Wrap::Black] {
             for point in [true, false] {
                 for (x, y) in [(0, 0), (3, 0), (1, 1), (2, 1)] {
-                    let uv = [(x as f32 + 0.5) / 4.0, 1.0 - (y as f32 + 0.5) / 2.0];
-                    assert_eq!(at(uv, wrap, point), [x as f32, y as f32, 1.0]);
+                    let uv = [(x as Real + 0.5) / 4.0, 1.0 - (y as Real + 0.5) / 2.0];
+                    assert_eq!(at(uv, wrap, point), [x as Real, y as Real, 1.0]);
                 }
             }
         }

@@ -4,6 +4,7 @@ use super::error::{Result, SceneError};
 use super::params::{Params, Type};
 use super::spectra::{Role, curve};
 use super::state::Library;
+use crate::real::Real;
 use crate::scene::material::{ConductorFresnel, Material, Roughness};
 use crate::scene::spectrum::{self, Curve};
 use crate::scene::texture::{FloatTexture, SpectrumTexture};
@@ -102,8 +103,8 @@ impl Library {
         }
         let c = curve(q, Role::Unbounded, &self.files)?;
         let lowest = (360..=830)
-            .map(|l| c.at(l as f32))
-            .fold(f32::INFINITY, f32::min);
+            .map(|l| c.at(l as Real))
+            .fold(Real::INFINITY, Real::min);
         if lowest > 0.0 {
             return Ok(c);
         }

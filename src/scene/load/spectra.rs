@@ -5,6 +5,7 @@ use super::lookup::{finite, one_float};
 use super::params::{Param, Type};
 use super::state::Files;
 use super::token::parse_number;
+use crate::real::Convert;
 use crate::scene::spectrum::{self, Curve, LAMBDA_MAX, LAMBDA_MIN, Rgb2Spec};
 
 /// What a spectrum stands for; RGB means something else in each role.
@@ -150,11 +151,11 @@ fn samples(p: &Param, mut pairs: Vec<(f32, f32)>, role: Role) -> Result<Curve> {
     }
     if role == Role::Unbounded {
         let (first, last) = (pairs[0], pairs[pairs.len() - 1]);
-        if first.0 > LAMBDA_MIN {
-            pairs.insert(0, (LAMBDA_MIN, first.1));
+        if first.0.real() > LAMBDA_MIN {
+            pairs.insert(0, (LAMBDA_MIN.single(), first.1));
         }
-        if last.0 < LAMBDA_MAX {
-            pairs.push((LAMBDA_MAX, last.1));
+        if last.0.real() < LAMBDA_MAX {
+            pairs.push((LAMBDA_MAX.single(), last.1));
         }
     }
     Ok(spectrum::from_samples(&pairs))

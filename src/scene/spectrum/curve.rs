@@ -1,6 +1,7 @@
 //! A quantity as a function of wavelength.
 
 use super::{LAMBDA_MIN, Lanes, Sigmoid, Spectrum};
+use crate::real::{Convert, Real};
 use std::sync::Arc;
 
 /// A function of wavelength.
@@ -35,16 +36,16 @@ pub enum Curve {
 
 impl Curve {
     /// Value at one wavelength in nm.
-    pub fn at(&self, lambda: f32) -> f32 {
+    pub fn at(&self, lambda: Real) -> Real {
         match self {
-            Self::Constant(v) => *v,
-            Self::Sigmoid { scale, shape } => scale * shape.at(lambda),
+            Self::Constant(v) => v.real(),
+            Self::Sigmoid { scale, shape } => scale.real() * shape.at(lambda),
             Self::Illuminant {
                 scale,
                 shape,
                 table,
-            } => scale * shape.at(lambda) * lookup(table, lambda),
-            Self::Table { scale, table } => scale * lookup(table, lambda),
+            } => scale.real() * shape.at(lambda) * lookup(table, lambda),
+            Self::Table { scale, table } => scale.real() * lookup(table, lambda),
         }
     }
 
@@ -52,15 +53,18 @@ impl Curve {
     #[inline]
     pub fn eval<const N: usize>(&self, lanes: &Lanes<N>) -> Spectrum<N> {
         match self {
-            Self::Constant(v) => Spectrum::splat(*v),
-            Self::Sigmoid { scale, shape } => shape.eval(lanes) * *scale,
+            Self::Constant(v) => Spectrum::splat(v.real()),
+            Self::Sigmoid { scale, shape } => shape.eval(lanes) * scale.real(),
             Self::Illuminant {
                 scale,
                 shape,
                 table,
-            } => shape.eval(lanes) * Spectrum::from_fn(|i| scale * lookup(table, lanes.lambda[i])),
+            } => {
+                shape.eval(lanes)
+                    * Spectrum::from_fn(|i| scale.real() * lookup(table, lanes.lambda[i]))
+            }
             Self::Table { scale, table } => {
-                Spectrum::from_fn(|i| scale * lookup(table, lanes.lambda[i]))
+                Spectrum::from_fn(|i| scale.real() * lookup(table, lanes.lambda[i]))
             }
         }
     }
@@ -83,9 +87,9 @@ impl Curve {
     }
 }
 
-fn lookup(table: &[f32], lambda: f32) -> f32 {
-    let x = (lambda - LAMBDA_MIN).clamp(0.0, (table.len() - 1) as f32);
+fn lookup(table: &[f32], lambda: Real) -> Real {
+    let x = (lambda - LAMBDA_MIN).clamp(0.0, (table.len() - 1) as Real);
     let i = (x as usize).min(table.len() - 2);
-    let f = x - i as f32;
-    table[i] * (1.0 - f) + table[i + 1] * f
+    let f = x - i as Real;
+    table[i].real() * (1.0 - f) + table[i + 1].real() * f
 }

@@ -3,35 +3,36 @@
 //! is the same number times XYZ(s)/s(λ).
 
 use super::{Curve, Lanes, Spectrum, TARGET_MIX, Target, cmf, xyz_of};
+use crate::real::Real;
 
 /// The one wavelength of a grey scene and what its value is worth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grey {
     /// The wavelength, nm.
-    pub lambda: f32,
+    pub lambda: Real,
     /// X, Y, Z of light of the illuminant's shape with value 1 at that wavelength.
-    pub xyz: [f32; 3],
+    pub xyz: [Real; 3],
 }
 
 /// Where [`Grey`] lanes say their hero variable is. They are never drawn, and all of a render have the same.
-const U: f32 = 0.5;
+const U: Real = 0.5;
 
 impl Grey {
     /// For an illuminant of that shape; `None` if the eye does not see it. The wavelength is the one that gives most of
     /// its luminance, on a whole nanometre: tables are not interpolated there.
     pub fn new(illuminant: &Curve) -> Option<Self> {
-        let bright = |l: &u32| illuminant.at(*l as f32) * cmf(*l as f32)[1];
+        let bright = |l: &u32| illuminant.at(*l as Real) * cmf(*l as Real)[1];
         let lambda = (360..=830).max_by(|a, b| bright(a).total_cmp(&bright(b)))?;
-        let lambda = lambda as f32;
+        let lambda = lambda as Real;
         let value = illuminant.at(lambda) as f64;
-        let xyz = xyz_of(illuminant).map(|v| (v / value) as f32);
+        let xyz = xyz_of(illuminant).map(|v| (v / value) as Real);
         let seen = value > 0.0 && xyz[1] > 0.0 && xyz.iter().all(|v| v.is_finite());
         seen.then_some(Self { lambda, xyz })
     }
 
     /// Lanes that all hold the one wavelength.
     pub fn lanes<const N: usize>(&self, target: Target) -> Lanes<N> {
-        let share = 1.0 / N as f32;
+        let share = 1.0 / N as Real;
         let [x, y, z] = self.xyz;
         let tau = match target {
             Target::Luminance => y,

@@ -1,11 +1,12 @@
 //! `Spectrum<N>`: one value for each of the N wavelengths that a path carries at once.
 
+use crate::real::Real;
 use std::ops::{Add, AddAssign, Div, Index, Mul, MulAssign, Sub};
 
 /// N spectral values, one a lane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C, align(16))]
-pub struct Spectrum<const N: usize>(pub [f32; N]);
+pub struct Spectrum<const N: usize>(pub [Real; N]);
 
 impl<const N: usize> Default for Spectrum<N> {
     fn default() -> Self {
@@ -21,32 +22,32 @@ impl<const N: usize> Spectrum<N> {
 
     /// All lanes `v`.
     #[inline]
-    pub fn splat(v: f32) -> Self {
+    pub fn splat(v: Real) -> Self {
         Self([v; N])
     }
 
     /// Lane by lane.
     #[inline]
-    pub fn from_fn(f: impl FnMut(usize) -> f32) -> Self {
+    pub fn from_fn(f: impl FnMut(usize) -> Real) -> Self {
         Self(std::array::from_fn(f))
     }
 
     /// Applies `f` to each lane.
     #[inline]
-    pub fn map(self, f: impl FnMut(f32) -> f32) -> Self {
+    pub fn map(self, f: impl FnMut(Real) -> Real) -> Self {
         Self(self.0.map(f))
     }
 
     /// Largest lane.
     #[inline]
-    pub fn max(self) -> f32 {
-        self.0.iter().fold(f32::NEG_INFINITY, |a, &b| a.max(b))
+    pub fn max(self) -> Real {
+        self.0.iter().fold(Real::NEG_INFINITY, |a, &b| a.max(b))
     }
 
     /// Mean over the lanes.
     #[inline]
-    pub fn mean(self) -> f32 {
-        self.0.iter().sum::<f32>() / N as f32
+    pub fn mean(self) -> Real {
+        self.0.iter().sum::<Real>() / N as Real
     }
 
     /// Every lane is exactly 0.
@@ -57,7 +58,7 @@ impl<const N: usize> Spectrum<N> {
 
     /// Σ aᵢ·bᵢ.
     #[inline]
-    pub fn dot(self, o: Self) -> f32 {
+    pub fn dot(self, o: Self) -> Real {
         let mut s = 0.0;
         for i in 0..N {
             s += self.0[i] * o.0[i];
@@ -82,10 +83,10 @@ lanewise!(Sub, sub, -);
 lanewise!(Mul, mul, *);
 lanewise!(Div, div, /);
 
-impl<const N: usize> Mul<f32> for Spectrum<N> {
+impl<const N: usize> Mul<Real> for Spectrum<N> {
     type Output = Self;
     #[inline]
-    fn mul(self, k: f32) -> Self {
+    fn mul(self, k: Real) -> Self {
         self.map(|v| v * k)
     }
 }
@@ -102,9 +103,9 @@ impl<const N: usize> MulAssign for Spectrum<N> {
     }
 }
 impl<const N: usize> Index<usize> for Spectrum<N> {
-    type Output = f32;
+    type Output = Real;
     #[inline]
-    fn index(&self, i: usize) -> &f32 {
+    fn index(&self, i: usize) -> &Real {
         &self.0[i]
     }
 }

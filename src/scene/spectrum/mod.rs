@@ -26,6 +26,6 @@ pub use sources::{
 pub use wavelengths::{BIN_FLOOR, Lanes, TARGET_MIX, Target, visible, visible_cdf};
 
 /// First wavelength of the simulation, nm.
-pub const LAMBDA_MIN: f32 = 360.0;
+pub const LAMBDA_MIN: crate::real::Real = 360.0;
 /// Last wavelength of the simulation, nm.
-pub const LAMBDA_MAX: f32 = 830.0;
+pub const LAMBDA_MAX: crate::real::Real = 830.0;

@@ -1,6 +1,7 @@
 //! The CIE 1931 observer: tristimulus values of curves, and linear sRGB of tristimulus values.
 
 use super::{Curve, LAMBDA_MAX, LAMBDA_MIN, named};
+use crate::real::{Convert, Real};
 use std::sync::LazyLock;
 
 /// Number of entries of a table at 360, 361 … 830 nm.
@@ -17,23 +18,23 @@ static CMF: LazyLock<Vec<[f32; 4]>> = LazyLock::new(|| {
 
 /// x̄, ȳ, z̄ at a wavelength in nm, linear between the tabulated integers.
 #[inline]
-pub fn cmf(lambda: f32) -> [f32; 3] {
+pub fn cmf(lambda: Real) -> [Real; 3] {
     let table: &[[f32; 4]] = &CMF;
-    let x = (lambda - LAMBDA_MIN).clamp(0.0, (TABLE_LEN - 1) as f32);
+    let x = (lambda - LAMBDA_MIN).clamp(0.0, (TABLE_LEN - 1) as Real);
     let i = (x as usize).min(TABLE_LEN - 2);
-    let f = x - i as f32;
-    let (a, b) = (table[i], table[i + 1]);
+    let f = x - i as Real;
+    let (a, b) = (table[i].real(), table[i + 1].real());
     std::array::from_fn(|c| a[c] + f * (b[c] - a[c]))
 }
 
 /// ∫ x̄·s dλ, ∫ ȳ·s dλ, ∫ z̄·s dλ over 360–830 nm. Not divided by ∫ ȳ dλ.
 ///
 /// Simpson's rule on every nanometre: exact for tables, whose products with the observer are quadratic there.
-pub fn xyz_of_fn(s: impl Fn(f32) -> f64) -> [f64; 3] {
+pub fn xyz_of_fn(s: impl Fn(Real) -> f64) -> [f64; 3] {
     let mut sum = [0.0; 3];
     let mut left = s(LAMBDA_MIN);
     for i in 0..TABLE_LEN - 1 {
-        let l = LAMBDA_MIN + i as f32;
+        let l = LAMBDA_MIN + i as Real;
         let (mid, right) = (s(l + 0.5), s(l + 1.0));
         let (a, b) = (CMF[i], CMF[i + 1]);
         for c in 0..3 {

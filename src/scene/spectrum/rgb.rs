@@ -1,6 +1,7 @@
 //! RGB → smooth reflectance (Jakob & Hanika 2019): sigmoid of a quadratic in wavelength.
 
 use super::{Lanes, Spectrum};
+use crate::real::{Convert, Real};
 use std::sync::LazyLock;
 
 /// `s(c0·λ² + c1·λ + c2)` with `s(x) = 1/2 + x / (2·√(1 + x²))`, λ in nm.
@@ -27,10 +28,10 @@ impl Sigmoid {
 
     /// Value in 0..=1 at one wavelength.
     #[inline]
-    pub fn at(&self, lambda: f32) -> f32 {
-        let x = (self.c0 * lambda + self.c1) * lambda + self.c2;
+    pub fn at(&self, lambda: Real) -> Real {
+        let x = (self.c0.real() * lambda + self.c1.real()) * lambda + self.c2.real();
         // Infinite coefficients stand for 0 and 1: at ±2⁶⁰ the sigmoid is exactly that, and x² still fits.
-        const FAR: f32 = (1u64 << 60) as f32;
+        const FAR: Real = (1u64 << 60) as Real;
         let x = x.clamp(-FAR, FAR);
         0.5 + x / (2.0 * (1.0 + x * x).sqrt())
     }

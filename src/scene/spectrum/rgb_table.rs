@@ -8,6 +8,7 @@
 use super::observer::{SRGB, TABLE_LEN, apply, cmf};
 use super::rgb::{ENTRIES, RES, z_nodes};
 use super::{LAMBDA_MAX, LAMBDA_MIN, Sigmoid, d65};
+use crate::real::Real;
 use std::sync::LazyLock;
 
 /// Coefficients are held below this over the normalised wavelength: a sigmoid of 200 is within 7e-6 of 1.
@@ -29,7 +30,7 @@ static QUADRATURE: LazyLock<Quadrature> = LazyLock::new(|| {
         .map(|i| {
             let end = i == 0 || i == TABLE_LEN - 1;
             let w = light[i] as f64 * if end { 0.5 } else { 1.0 };
-            let v = cmf(LAMBDA_MIN + i as f32);
+            let v = cmf(LAMBDA_MIN + i as Real);
             (i as f64 / (TABLE_LEN - 1) as f64, v.map(|v| v as f64 * w))
         })
         .collect();

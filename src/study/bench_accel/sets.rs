@@ -5,10 +5,10 @@ use crate::accel::{Accel, Ray, Surface, closest, surface, visible};
 use crate::chain::{MltOptions, Shares};
 use crate::integrator::{Budget, Quiet, mlt};
 use crate::path::{Kind as Place, Palette, Tally, Vertex, World};
+use crate::real::{Convert, Real, Vec2};
 use crate::sampling::{Rng, warp};
 use crate::scatter::Frame;
 use crate::scene::Scene;
-use glam::Vec2;
 use rayon::prelude::*;
 
 /// Stage of the random streams, apart from those of a render.
@@ -62,7 +62,8 @@ pub fn of_scene<A: Accel>(scene: &Scene, accel: &A, count: usize) -> Vec<RaySet>
     let primary = primary(&world, count);
     let hits: Vec<Surface> = primary
         .par_iter()
-        .filter_map(|r| Some(surface(&scene.geometry, &closest(accel, r)?, r)))
+        .map(Ray::own)
+        .filter_map(|r| Some(surface(&scene.geometry, &closest(accel, &r)?, &r)))
         .collect();
     let set = |name: &str, kind, rays| RaySet {
         name: name.to_owned(),
@@ -73,10 +74,10 @@ pub fn of_scene<A: Accel>(scene: &Scene, accel: &A, count: usize) -> Vec<RaySet>
     let bounce = hits.iter().enumerate().map(|(i, s)| {
         let mut rng = Rng::new(1, STAGE, 2, i as u32);
         // Seen from the camera's side or not: half the rays of a closed room would leave it otherwise.
-        let side = (scene.camera.position - s.p).dot(s.ng);
-        let n = s.ng * 1f32.copysign(side);
+        let side = (scene.camera.position.real() - s.p).dot(s.ng);
+        let n = s.ng * (1.0 as Real).copysign(side);
         let d = Frame::from_normal(n).to_world(warp::cosine_hemisphere(rng.next_vec2()));
-        s.ray(d)
+        s.ray(d).single()
     });
     let bounce = bounce.collect();
     let mut sets = vec![
@@ -93,7 +94,7 @@ pub fn of_scene<A: Accel>(scene: &Scene, accel: &A, count: usize) -> Vec<RaySet>
 /// on the grid itself they would run along edges of scenes that are as regular.
 fn primary<A: Accel>(world: &World<A>, count: usize) -> Vec<Ray> {
     let size = world.lens.hi - world.lens.lo;
-    let step = (size.element_product() / count as f32).sqrt();
+    let step = (size.element_product() / count as Real).sqrt();
     let [w, h] = [size.x, size.y].map(|s| ((s / step) as usize).max(1));
     let mut rays = Vec::with_capacity(w * h);
     for tile in 0..w.div_ceil(TILE) * h.div_ceil(TILE) {
@@ -108,12 +109,12 @@ fn primary<A: Accel>(world: &World<A>, count: usize) -> Vec<Ray> {
             }
             let mut rng = Rng::new(1, STAGE, 0, (y * w + x) as u32);
             let lens: Vertex<1> = world.lens.sample_vertex(rng.next_vec2());
-            let at = Vec2::new(x as f32, y as f32) + rng.next_vec2();
-            let at = at / Vec2::new(w as f32, h as f32);
+            let at = Vec2::new(x as Real, y as Real) + rng.next_vec2();
+            let at = at / Vec2::new(w as Real, h as Real);
             let d = world.lens.direction(lens.p, world.lens.sample_raster(at));
             rays.push(Ray {
-                o: lens.p,
-                d,
+                o: lens.p.single(),
+                d: d.single(),
                 t_max: f32::INFINITY,
             });
         }
@@ -131,7 +132,7 @@ fn shadow<A: Accel>(world: &World<A>, hits: &[Surface]) -> Vec<Ray> {
             break;
         };
         if x0.kind == Place::Infinite {
-            recorder.occluded(&s.ray(x0.p));
+            recorder.occluded(&s.ray(x0.p).single());
         } else {
             visible(&recorder, s.p, s.error, s.ng, x0.p, x0.error, x0.normal());
         }

@@ -3,6 +3,7 @@
 use super::sets::RaySet;
 use crate::accel::Ray;
 use crate::accel::record::Kind;
+use crate::real::Convert;
 use crate::sampling::Rng;
 use crate::scene::{Geometry, NONE, Shape};
 use glam::Vec3;
@@ -19,7 +20,7 @@ pub fn terrain(triangles: usize) -> Geometry {
         let mut rng = Rng::new(1, STAGE, 0, 0);
         let waves = (0..12).map(|octave| {
             let k = 2f32.powi(octave) * 3.0;
-            let (a, b) = (rng.next_f32() * TAU, rng.next_f32() * TAU);
+            let (a, b) = (rng.next_f32().single() * TAU, rng.next_f32().single() * TAU);
             ((x * k + a).sin() * (y * k + b).sin()) / k
         });
         0.3 * waves.sum::<f32>()
@@ -66,7 +67,7 @@ pub fn rays(count: usize) -> Vec<RaySet> {
 fn random(i: u64, kind: Kind) -> Ray {
     let mut rng = Rng::new(1, STAGE, 1, kind as u32);
     rng.set_step(i);
-    let mut point = || Vec3::from_array([(); 3].map(|()| rng.next_f32()));
+    let mut point = || Vec3::from_array([(); 3].map(|()| rng.next_f32().single()));
     let (o, to) = (point() * 2.0 - 0.5, point());
     Ray {
         o,
