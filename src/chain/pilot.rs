@@ -14,11 +14,11 @@ use rayon::prelude::*;
 use serde::{Serialize, Serializer};
 use std::ops::AddAssign;
 
-/// Groups, chains of each, seeding samples of each, steps of a chain: 16 384 mutations.
+/// Groups, chains of each, seeding samples of each, steps of a chain: 8192 mutations.
 const GROUPS: u32 = 16;
 const CHAINS: u32 = 16;
-const SEEDS: u32 = 512;
-const STEPS: u32 = 64;
+const SEEDS: u32 = 256;
+const STEPS: u32 = 32;
 
 /// Number of the pilot's generation, for its streams: one that no run comes to.
 const GENERATION: u32 = 1 << 27;
