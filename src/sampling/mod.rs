@@ -10,7 +10,7 @@ pub mod rng;
 pub mod warp;
 
 pub use discrete::Discrete;
-pub use entries::{Cells, Entries, Table};
+pub use entries::{Cells, Entries, ROUND, Table};
 pub use grid::Grid2d;
 pub use permutation::Permutation;
 pub use rng::Rng;
