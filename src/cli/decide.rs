@@ -16,6 +16,10 @@ use serde::Serialize;
 /// The gain of dark tiles (see [`Probe::range`]) from which a second stage is worth its coarse image.
 const GAIN: f64 = 2.0;
 
+/// The chain takes direct light where a pass of its own would leave this many times its squared error: the look knows that
+/// no better, and a pass of its own is the safer way, as it cannot stay with a rare bright path.
+const NEAR: f64 = 1.3;
+
 /// Decisions of a run of Metropolis light transport.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Decisions {
@@ -75,7 +79,7 @@ impl Decisions {
         let direct = match (args.direct(), &probe) {
             (DirectArg::Chain, _) => Direct::InChain,
             _ if relative => Direct::InChain,
-            (DirectArg::Auto, Some(p)) if p.separate_over_chain() > 1.0 => Direct::InChain,
+            (DirectArg::Auto, Some(p)) if p.separate_over_chain() > NEAR => Direct::InChain,
             _ => Direct::Separate,
         };
         let two_stage = match (args.two_stage, &probe) {
