@@ -267,9 +267,17 @@ pub fn bad(file: &Path, reason: String) -> CliError {
 /// A file that is none, or damaged.
 pub fn read_run(file: &Path) -> Result<(Identity, State), CliError> {
     let read = RunFile::read(file)?;
-    let identity = Identity::of_label(read.label()).map_err(|e| bad(file, e))?;
-    let state = State::read(&mut read.run()).map_err(|e| bad(file, e.0))?;
-    identity.check(&state).map_err(|e| bad(file, e))?;
+    understand(&read).map_err(|e| bad(file, e))
+}
+
+/// What a whole file says.
+///
+/// # Errors
+/// A reason, if that is nothing.
+pub fn understand(file: &RunFile) -> Result<(Identity, State), String> {
+    let identity = Identity::of_label(file.label())?;
+    let state = State::read(&mut file.run()).map_err(|e| e.0)?;
+    identity.check(&state)?;
     Ok((identity, state))
 }
 

@@ -1,9 +1,10 @@
 //! `metrolux merge`.
 
 use super::CliError;
+use super::engine::Rendered;
 use super::identity::Identity;
 use super::job::is_image;
-use super::keep::{bad, list, read_run, refuse_others};
+use super::keep::{bad, list, read_run, refuse_others, understand};
 use super::lab::{GreyBins, Lab};
 use super::layers::Separation;
 use super::report::{Report, write_json};
@@ -12,7 +13,7 @@ use crate::chain::Shares;
 use crate::film::Bins;
 use crate::integrator::{Progress, State};
 use crate::mutation::Strategy;
-use crate::output::{check_writable, write_run};
+use crate::output::{RunFile, check_writable, write_run};
 use crate::scene::spectrum::Target;
 use clap::Args;
 use serde_json::json;
@@ -83,9 +84,7 @@ fn work(args: &MergeArgs, voice: &Voice) -> Result<u8, CliError> {
     if let Some(file) = &args.checkpoint {
         write_run(file, &identity.label(), &mut |w| state.save(w))?;
     }
-    let lab = lab(&identity, start).map_err(|e| bad(&args.parts[0], e))?;
-    let tally = state.whole_tally();
-    let rendered = lab.develop(state.outcome(), &tally);
+    let rendered = picture(&identity, &mut state, start).map_err(|e| bad(&args.parts[0], e))?;
     for o in &args.output {
         rendered.write(o, args.exposure)?;
         voice.event("written", &json!({ "file": o }));
@@ -142,7 +141,25 @@ fn add_up(args: &MergeArgs, voice: &Voice) -> Result<(Identity, State), CliError
     Ok((identity, sum))
 }
 
-/// What makes the picture of a render that was done elsewhere.
+/// Whether the bytes of one part have a picture: all that `merge` does with them, but for the writing. It is there for the
+/// fuzz target.
+///
+/// # Errors
+/// What `merge` says of such a file.
+pub fn is_part(bytes: Vec<u8>) -> Result<(), String> {
+    let file = RunFile::of_bytes(bytes).map_err(|e| e.0)?;
+    let (identity, mut state) = understand(&file)?;
+    picture(&identity, &mut state, Instant::now()).map(drop)
+}
+
+/// The picture of a render that was done elsewhere.
+fn picture(identity: &Identity, state: &mut State, start: Instant) -> Result<Rendered, String> {
+    let lab = lab(identity, start)?;
+    let tally = state.whole_tally();
+    Ok(lab.develop(state.outcome(), &tally))
+}
+
+/// What makes that picture.
 fn lab(i: &Identity, start: Instant) -> Result<Lab, String> {
     let number = |s: &String| {
         let found = s.parse::<f64>().ok().filter(|v| v.is_finite());

@@ -42,6 +42,7 @@ mod watch;
 mod while_running;
 
 pub use error::CliError;
+pub use merge::is_part;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;

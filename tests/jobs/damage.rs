@@ -1,13 +1,14 @@
 //! Bytes that no run wrote: an error, never a panic, and no more memory than the file could stand for.
 
-use super::runs::{Cut, Run, go, in_room, room};
-use metrolux::chain::Direct;
-use metrolux::film::Reader;
+use super::bytes::{KINDS, file, state, take_file};
+use metrolux::cli::is_part;
+use metrolux::film::{Reader, Shards};
 use metrolux::integrator::State;
-use metrolux::scene::Scene;
 use proptest::prelude::*;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 thread_local! {
@@ -41,24 +42,8 @@ unsafe impl GlobalAlloc for Watching {
 #[global_allocator]
 static ALLOCATOR: Watching = Watching;
 
-const KINDS: [Run; 4] = [
-    Run::Pt,
-    Run::Bdpt,
-    Run::Mlt(Direct::Separate),
-    Run::Spectral,
-];
-
-static SCENE: LazyLock<Scene> = LazyLock::new(room);
-static STATES: LazyLock<Vec<Vec<u8>>> = LazyLock::new(|| {
-    let bytes = |run| {
-        let mut cut = Cut::after(4);
-        in_room(2, &SCENE, run, |w| {
-            go(w, run, 10, &mut cut).expect("nothing was read");
-        });
-        cut.bytes
-    };
-    KINDS.map(bytes).into()
-});
+static STATES: LazyLock<Vec<Vec<u8>>> =
+    LazyLock::new(|| KINDS.map(|run| state(run, Shards::default())).into());
 
 /// Changes of a byte, a 32-bit or a 64-bit word to what is likely to hurt, and a cut.
 fn changes() -> impl Strategy<Value = Vec<(f64, u64, u8)>> {
@@ -97,15 +82,42 @@ proptest! {
         let read = State::read(&mut Reader::new(&bytes));
         // Sums of 16 bytes may be written in one; a message is short.
         prop_assert!(LARGEST.get() <= 16 * bytes.len() + 1000);
-        if let Ok(mut state) = read {
-            state.outcome();
-            let run = KINDS[kind];
-            in_room(1, &SCENE, run, |w| {
-                let mut keeper = Cut::after(0);
-                keeper.start = Some(state);
-                // Whatever it says, it says it.
-                let _ = go(w, run, 10, &mut keeper);
-            });
+        drop(read);
+        take_file(file(KINDS[kind], &bytes));
+    }
+}
+
+fn corpus() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus/run")
+}
+
+/// Files of every kind, where the fuzz target begins.
+#[test]
+#[ignore = "writes into the repository: after a change of the format"]
+fn write_the_corpus_of_the_fuzz_target() {
+    for (run, name) in KINDS.into_iter().zip(NAMES) {
+        for (part, shards) in [("half", Shards::one(0, 2)), ("whole", Shards::default())] {
+            let bytes = file(run, &state(run, shards));
+            fs::write(corpus().join(format!("{name}-{part}.run")), bytes).expect("written");
         }
+    }
+}
+
+const NAMES: [&str; 4] = ["pt", "bdpt", "mlt", "spectral"];
+
+#[test]
+fn the_corpus_of_the_fuzz_target() {
+    for f in fs::read_dir(corpus()).expect("the corpus") {
+        let path = f.expect("a file").path();
+        let bytes = fs::read(&path).expect("read");
+        let name = path
+            .file_stem()
+            .and_then(|n| n.to_str())
+            .unwrap_or_default();
+        if NAMES.iter().any(|n| name.starts_with(n)) {
+            let read = is_part(bytes.clone());
+            assert_eq!(read, Ok(()), "{name}: write the corpus anew, see above");
+        }
+        take_file(bytes);
     }
 }

@@ -1,6 +1,7 @@
 //! Runs that are stopped, killed, shared out and gone on with make the image of one that was never touched, bit for bit.
 
 mod batch;
+mod bytes;
 mod damage;
 mod engines;
 mod full_disk;
