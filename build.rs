@@ -5,9 +5,8 @@ use std::process::exit;
 
 /// What the Rust side names; everything else of Embree's interface stays out.
 const FUNCTIONS: &str = "mlx_.*|rtc(NewDevice|ReleaseDevice|GetDeviceError|GetDeviceProperty\
-    |SetDeviceErrorFunction|SetDeviceMemoryMonitorFunction|NewScene|ReleaseScene|SetSceneFlags\
-    |SetSceneBuildQuality|SetSceneProgressMonitorFunction|CommitScene|NewGeometry|ReleaseGeometry|SetSharedGeometryBuffer|SetGeometryBuildQuality\
-    |CommitGeometry|AttachGeometryByID)";
+    |NewScene|ReleaseScene|SetSceneFlags|SetSceneBuildQuality|NewGeometry|ReleaseGeometry\
+    |SetSharedGeometryBuffer|SetGeometryBuildQuality|CommitGeometry|AttachGeometryByID)";
 /// Types nobody names but whose layout the library writes through: their layout is asserted at compile time.
 const TYPES: &str = "mlx_.*|RTC(Ray|Hit|RayHit|Bounds)";
 

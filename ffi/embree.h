@@ -40,6 +40,13 @@ enum {
   MLX_INSTANCES = 2,
 };
 
+/* Flag of a scene whose queries may leave out triangles. */
+#if MLX_EMBREE >= 4
+enum { MLX_FILTERED = RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS };
+#else
+enum { MLX_FILTERED = RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION };
+#endif
+
 /* A ray o + t d, 0 < t < t_max. */
 typedef struct mlx_ray {
   float o[3];
@@ -59,6 +66,25 @@ typedef struct mlx_user {
 /* Makes `geometry` (RTC_GEOMETRY_TYPE_USER) answer through `user`, which must outlive it. */
 void mlx_set_user(RTCGeometry geometry, struct mlx_user *user, uint32_t count);
 
+/* Who hears what a device complains of, and by how many bytes its memory changes. */
+typedef struct mlx_ears {
+  const void *data;
+  void (*error)(const void *data, uint32_t code, const char *text);
+  void (*memory)(const void *data, int64_t bytes);
+} mlx_ears;
+
+/* Lets `ears`, which must outlive it, hear of the device. */
+void mlx_listen(RTCDevice device, struct mlx_ears *ears);
+
+/* Who hears, from any thread, which part of a build is done. */
+typedef struct mlx_teller {
+  const void *data;
+  void (*tell)(const void *data, double done);
+} mlx_teller;
+
+/* Builds a scene; `teller` is forgotten when it is done. */
+void mlx_commit(RTCScene scene, struct mlx_teller *teller);
+
 /* How primitives are numbered: triangles first, then quadrics. */
 typedef struct mlx_split {
   /* Triangles of the world. */
@@ -76,10 +102,14 @@ void mlx_set_instance(RTCGeometry geometry, RTCScene object, const float map[12]
 /* Is there anything in 0 < t < t_max? */
 bool mlx_occluded(RTCScene scene, const mlx_ray *ray);
 
+/* The same two without two triangles, given by their numbers (those of quadrics leave out nothing), for scenes that have
+ * the flag MLX_FILTERED. */
+uint64_t mlx_nearest_but(RTCScene scene, const mlx_split *split, const mlx_ray *ray, const uint64_t but[2]);
+bool mlx_occluded_but(RTCScene scene, const mlx_ray *ray, const uint64_t but[2]);
+
 /* The bare loops that a benchmark compares with: one query a ray, kinds[i] 0 = nearest, 1 = occluded.
  * Returns the sum of the answers (primitive number, MLX_MISS, 0 or 1).
- * flush: denormal numbers count as 0 in the loop, as Embree's makers advise; the mode is the caller's again behind it.
- * Where a callback is run it would see that mode too, so it is for scenes without curved primitives. */
+ * flush: denormal numbers count as 0, as in the queries above, but the mode is set once for all rays. */
 uint64_t mlx_replay(RTCScene scene, const mlx_split *split, const mlx_ray *rays, const uint8_t *kinds, size_t count, bool flush);
 
 #endif

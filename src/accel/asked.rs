@@ -21,6 +21,14 @@ impl Accel for Asked<'_> {
         self.0.occluded(ray)
     }
 
+    fn nearest_but(&self, ray: &Ray, but: [PrimId; 2]) -> Option<PrimId> {
+        self.0.nearest_but(ray, but)
+    }
+
+    fn occluded_but(&self, ray: &Ray, but: [PrimId; 2]) -> bool {
+        self.0.occluded_but(ray, but)
+    }
+
     fn name(&self) -> String {
         self.0.name()
     }

@@ -2,7 +2,7 @@
 
 use super::surface::facets;
 use super::triangle::sheared;
-use super::{Accel, Hit, OwnRay, offset_origin, posed, quadric, surface};
+use super::{Accel, Hit, OwnRay, Ray, offset_origin, posed, quadric, surface};
 use crate::real::{Convert, Real};
 use crate::scene::{Facet, Geometry, PrimId};
 use glam::Vec3;
@@ -14,22 +14,37 @@ const MAX_RETRIES: i32 = 12;
 /// callers count them.
 #[inline(always)]
 pub fn closest<A: Accel>(accel: &A, ray: &OwnRay) -> Option<Hit> {
-    let prim = nearest(accel, ray)?;
-    let hit = recompute(accel.geometry(), prim, ray);
+    closest_by(accel.geometry(), ray, |ray| accel.nearest(ray))
+}
+
+/// The same as if there were not these two triangles; see [`Accel::nearest_but`].
+#[cold]
+pub fn closest_but<A: Accel>(accel: &A, ray: &OwnRay, but: [PrimId; 2]) -> Option<Hit> {
+    closest_by(accel.geometry(), ray, |ray| accel.nearest_but(ray, but))
+}
+
+#[inline(always)]
+fn closest_by(
+    geometry: &Geometry,
+    ray: &OwnRay,
+    nearest: impl Fn(&Ray) -> Option<PrimId>,
+) -> Option<Hit> {
+    let prim = asked(&nearest, ray)?;
+    let hit = recompute(geometry, prim, ray);
     if hit.t > 0.0 {
         Some(hit)
     } else {
-        step_past(accel, ray, hit)
+        step_past(geometry, ray, hit, nearest)
     }
 }
 
 /// The backend's answer.
 #[inline(always)]
-fn nearest<A: Accel>(accel: &A, ray: &OwnRay) -> Option<PrimId> {
+fn asked(nearest: &impl Fn(&Ray) -> Option<PrimId>, ray: &OwnRay) -> Option<PrimId> {
     // Not through a copy of what is f32 already.
     #[cfg(feature = "double")]
     let ray = &ray.single();
-    accel.nearest(ray)
+    nearest(ray)
 }
 
 /// The hit on a named primitive. Its t may be ≤ 0 where a backend's own arithmetic put the surface before an origin
@@ -98,15 +113,19 @@ fn on_the_edge(corners: &[Vec3; 3], prim: PrimId, ray: &OwnRay) -> Hit {
 /// The origin lies beyond the surface that the backend named (a needle whose plane f32 cannot tell): asks again from
 /// origins moved off that surface by growing multiples of its error bound.
 #[cold]
-fn step_past<A: Accel>(accel: &A, ray: &OwnRay, mut hit: Hit) -> Option<Hit> {
-    let geometry = accel.geometry();
+fn step_past(
+    geometry: &Geometry,
+    ray: &OwnRay,
+    mut hit: Hit,
+    nearest: impl Fn(&Ray) -> Option<PrimId>,
+) -> Option<Hit> {
     for k in 0..MAX_RETRIES {
         let s = surface(geometry, &hit, ray);
         let moved = OwnRay {
             o: offset_origin(ray.o, s.error * Real::from(2u8).powi(k), s.ng, ray.d),
             ..*ray
         };
-        let prim = nearest(accel, &moved)?;
+        let prim = asked(&nearest, &moved)?;
         hit = recompute(geometry, prim, ray);
         if hit.t > 0.0 {
             return Some(hit);
@@ -137,6 +156,12 @@ mod tests {
             (left > 0).then_some(self.1)
         }
         fn occluded(&self, _: &Ray) -> bool {
+            false
+        }
+        fn nearest_but(&self, ray: &Ray, _: [PrimId; 2]) -> Option<PrimId> {
+            self.nearest(ray)
+        }
+        fn occluded_but(&self, _: &Ray, _: [PrimId; 2]) -> bool {
             false
         }
         fn name(&self) -> String {

@@ -7,6 +7,9 @@ use crate::scene::{Geometry, PrimId};
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use std::sync::{Mutex, PoisonError};
 
+/// Leaves out no triangle.
+const NOTHING: [PrimId; 2] = [PrimId::NONE; 2];
+
 /// Disagreements that are kept word for word.
 const KEPT: usize = 16;
 
@@ -113,6 +116,33 @@ impl<A: Accel, B: Accel> Checked<A, B> {
         }
     }
 
+    /// The first of two answers about the nearest primitive.
+    fn nearest_of(
+        &self,
+        ray: &Ray,
+        but: [PrimId; 2],
+        [a, b]: [Option<PrimId>; 2],
+    ) -> Option<PrimId> {
+        self.closest.fetch_add(1, Relaxed);
+        if a != b {
+            let class = judge_nearest(self.geometry(), ray, but, [a, b]);
+            let word = |p: Option<PrimId>| p.map_or("nothing".to_owned(), |p| p.to_string());
+            self.note(class, Kind::Closest, ray, [word(a), word(b)]);
+        }
+        a
+    }
+
+    /// The first of two answers about visibility.
+    fn occluded_of(&self, ray: &Ray, but: [PrimId; 2], [a, b]: [bool; 2]) -> bool {
+        self.visibility.fetch_add(1, Relaxed);
+        if a != b {
+            let class = judge_occluded(self.geometry(), ray, but, b);
+            let word = |o| if o { "occluded" } else { "free" };
+            self.note(class, Kind::Any, ray, [word(a).into(), word(b).into()]);
+        }
+        a
+    }
+
     #[cold]
     fn note(&self, class: Class, kind: Kind, ray: &Ray, answers: [String; 2]) {
         let mut found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
@@ -179,25 +209,29 @@ impl<A: Accel, B: Accel> Accel for Checked<A, B> {
     }
 
     fn nearest(&self, ray: &Ray) -> Option<PrimId> {
-        let (a, b) = (self.first.nearest(ray), self.second.nearest(ray));
-        self.closest.fetch_add(1, Relaxed);
-        if a != b {
-            let class = judge_nearest(self.geometry(), ray, [a, b]);
-            let word = |p: Option<PrimId>| p.map_or("nothing".to_owned(), |p| p.to_string());
-            self.note(class, Kind::Closest, ray, [word(a), word(b)]);
-        }
-        a
+        let answers = [self.first.nearest(ray), self.second.nearest(ray)];
+        self.nearest_of(ray, NOTHING, answers)
     }
 
     fn occluded(&self, ray: &Ray) -> bool {
-        let (a, b) = (self.first.occluded(ray), self.second.occluded(ray));
-        self.visibility.fetch_add(1, Relaxed);
-        if a != b {
-            let class = judge_occluded(self.geometry(), ray, b);
-            let word = |o| if o { "occluded" } else { "free" };
-            self.note(class, Kind::Any, ray, [word(a).into(), word(b).into()]);
-        }
-        a
+        let answers = [self.first.occluded(ray), self.second.occluded(ray)];
+        self.occluded_of(ray, NOTHING, answers)
+    }
+
+    fn nearest_but(&self, ray: &Ray, but: [PrimId; 2]) -> Option<PrimId> {
+        let answers = [
+            self.first.nearest_but(ray, but),
+            self.second.nearest_but(ray, but),
+        ];
+        self.nearest_of(ray, but, answers)
+    }
+
+    fn occluded_but(&self, ray: &Ray, but: [PrimId; 2]) -> bool {
+        let answers = [
+            self.first.occluded_but(ray, but),
+            self.second.occluded_but(ray, but),
+        ];
+        self.occluded_of(ray, but, answers)
     }
 
     fn name(&self) -> String {

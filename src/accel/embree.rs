@@ -37,6 +37,7 @@ pub(super) type Tell<'t> = &'t (dyn Fn(f64) + Sync);
 pub(super) struct Device {
     raw: NonNull<sys::RTCDeviceTy>,
     monitor: Box<Monitor>,
+    _ears: Box<sys::mlx_ears>,
 }
 
 impl Device {
@@ -50,16 +51,21 @@ impl Device {
         let raw = NonNull::new(unsafe { sys::rtcNewDevice(config.as_ptr()) })
             .ok_or_else(|| EmbreeError::NoDevice(unsafe { sys::rtcGetDeviceError(null_mut()) }))?;
         let monitor = Box::<Monitor>::default();
-        let user = (&raw const *monitor).cast_mut().cast::<c_void>();
-        // SAFETY: the device is alive; the callbacks take `user` for a Monitor, only share it, and the box that holds
-        // it is dropped after the device is released.
-        unsafe {
-            sys::rtcSetDeviceErrorFunction(raw.as_ptr(), Some(on_error), user);
-            sys::rtcSetDeviceMemoryMonitorFunction(raw.as_ptr(), Some(on_memory), user);
-        }
+        let mut ears = Box::new(sys::mlx_ears {
+            data: (&raw const *monitor).cast(),
+            error: Some(on_error),
+            memory: Some(on_memory),
+        });
+        // SAFETY: the device is alive; the callbacks take `data` for a Monitor and only share it. The boxes that hold it
+        // and them are dropped after the device is released.
+        unsafe { sys::mlx_listen(raw.as_ptr(), &raw mut *ears) }
         // Scenes of one build share it; it never goes to another thread without them.
         #[allow(clippy::arc_with_non_send_sync)]
-        Ok(Arc::new(Self { raw, monitor }))
+        Ok(Arc::new(Self {
+            raw,
+            monitor,
+            _ears: ears,
+        }))
     }
 
     /// The library's own words where there are any, else `what`.
@@ -89,15 +95,19 @@ pub(super) struct Scene<'g> {
 }
 
 impl<'g> Scene<'g> {
-    /// An empty scene.
-    pub fn new(device: &Arc<Device>, options: EmbreeOptions) -> Result<Self, EmbreeError> {
+    /// An empty scene, with these flags beside those that the options call for.
+    pub fn new(
+        device: &Arc<Device>,
+        options: EmbreeOptions,
+        more: sys::RTCSceneFlags,
+    ) -> Result<Self, EmbreeError> {
         let (flags, quality) = levels::asked(options);
         // SAFETY: the device is alive.
         let raw = NonNull::new(unsafe { sys::rtcNewScene(device.raw.as_ptr()) })
             .ok_or_else(|| device.refusal("no scene"))?;
         // SAFETY: the scene is alive and not committed.
         unsafe {
-            sys::rtcSetSceneFlags(raw.as_ptr(), flags);
+            sys::rtcSetSceneFlags(raw.as_ptr(), flags | more);
             sys::rtcSetSceneBuildQuality(raw.as_ptr(), quality);
         }
         Ok(Self {
@@ -161,7 +171,8 @@ impl<'g> Scene<'g> {
         Ok(())
     }
 
-    fn geometry(&self, kind: sys::RTCGeometryType) -> Result<sys::RTCGeometry, EmbreeError> {
+    /// An empty geometry.
+    pub fn geometry(&self, kind: sys::RTCGeometryType) -> Result<sys::RTCGeometry, EmbreeError> {
         // SAFETY: the device is alive.
         let raw = unsafe { sys::rtcNewGeometry(self.device.raw.as_ptr(), kind) };
         match raw.is_null() {
@@ -202,14 +213,13 @@ impl<'g> Scene<'g> {
 
     /// Builds the tree; `tell` hears from the library's threads which part is done.
     pub fn commit(&self, tell: Tell) -> Result<(), EmbreeError> {
+        let mut teller = sys::mlx_teller {
+            data: (&raw const tell).cast(),
+            tell: Some(on_progress),
+        };
         // SAFETY: the scene is alive; the buffers its geometries share are borrowed for longer than it lives. `tell` is
         // borrowed until the commit is over, and then the library forgets it; it may be called from any thread.
-        unsafe {
-            let (raw, user) = (self.raw.as_ptr(), (&raw const tell).cast_mut().cast());
-            sys::rtcSetSceneProgressMonitorFunction(raw, Some(on_progress), user);
-            sys::rtcCommitScene(raw);
-            sys::rtcSetSceneProgressMonitorFunction(raw, None, null_mut());
-        }
+        unsafe { sys::mlx_commit(self.raw.as_ptr(), &raw mut teller) }
         self.device.monitor.check()
     }
 }
@@ -224,7 +234,7 @@ impl Drop for Scene<'_> {
 /// Embree over a geometry.
 pub struct Embree<'a> {
     /// Committed.
-    scene: Scene<'a>,
+    pub(super) scene: Scene<'a>,
     split: sys::mlx_split,
     /// What `split` points to.
     _objects: Box<[u32]>,
@@ -274,11 +284,9 @@ impl<'a> Embree<'a> {
     /// The same queries in a bare C loop (kinds: 0 nearest, 1 occluded), to measure what everything around them costs.
     /// Returns the sum of the answers modulo 2⁶⁴: [`PrimId::raw`], `u64::MAX` for none, 0 or 1.
     ///
-    /// With `flush` denormal numbers count as 0 meanwhile. That mode must not be on while Rust code runs, so there may be
-    /// no quadrics, whose callbacks are Rust.
+    /// With `flush` denormal numbers count as 0, as they do in single queries, but the mode is set once for all.
     pub fn replay(&self, rays: &[Ray], kinds: &[u8], flush: bool) -> u64 {
         assert_eq!(rays.len(), kinds.len());
-        assert!(!flush || self.geometry.parts().all(|g| g.quadrics.is_empty()));
         // SAFETY: both arrays hold `rays.len()` elements, and Ray has the layout of mlx_ray (asserted below).
         unsafe {
             sys::mlx_replay(
@@ -309,21 +317,30 @@ impl Accel for Embree<'_> {
 
     #[inline]
     fn nearest(&self, ray: &Ray) -> Option<PrimId> {
+        let (scene, split) = (self.scene.raw.as_ptr(), &raw const self.split);
         // SAFETY: the scene is committed, the ray has the layout of mlx_ray and is only read.
-        let prim = unsafe {
-            sys::mlx_nearest(
-                self.scene.raw.as_ptr(),
-                &raw const self.split,
-                (&raw const *ray).cast(),
-            )
-        };
-        (prim != sys::MLX_MISS).then_some(PrimId::from_raw(prim))
+        named(unsafe { sys::mlx_nearest(scene, split, (&raw const *ray).cast()) })
     }
 
     #[inline]
     fn occluded(&self, ray: &Ray) -> bool {
         // SAFETY: as in `nearest`.
         unsafe { sys::mlx_occluded(self.scene.raw.as_ptr(), (&raw const *ray).cast()) }
+    }
+
+    fn nearest_but(&self, ray: &Ray, but: [PrimId; 2]) -> Option<PrimId> {
+        debug_assert!(self.geometry.leave_out);
+        let (scene, split) = (self.scene.raw.as_ptr(), &raw const self.split);
+        let (ray, but) = ((&raw const *ray).cast(), but.map(PrimId::raw));
+        // SAFETY: as in `nearest`; `but` has two elements.
+        named(unsafe { sys::mlx_nearest_but(scene, split, ray, but.as_ptr()) })
+    }
+
+    fn occluded_but(&self, ray: &Ray, but: [PrimId; 2]) -> bool {
+        debug_assert!(self.geometry.leave_out);
+        let (ray, but) = ((&raw const *ray).cast(), but.map(PrimId::raw));
+        // SAFETY: as in `nearest_but`.
+        unsafe { sys::mlx_occluded_but(self.scene.raw.as_ptr(), ray, but.as_ptr()) }
     }
 
     fn name(&self) -> String {
@@ -335,32 +352,34 @@ impl Accel for Embree<'_> {
     }
 }
 
+#[inline]
+fn named(prim: u64) -> Option<PrimId> {
+    (prim != sys::MLX_MISS).then_some(PrimId::from_raw(prim))
+}
+
 // The callbacks below are called from C: none of them can panic, and `extern "C"` would abort rather than unwind.
 
-unsafe extern "C" fn on_error(user: *mut c_void, code: sys::RTCError, text: *const c_char) {
-    // SAFETY: `user` is the Monitor given with this callback; `text` is null or a terminated string.
+unsafe extern "C" fn on_error(data: *const c_void, code: u32, text: *const c_char) {
+    // SAFETY: `data` is the Monitor given with this callback; `text` is null or a terminated string.
     let (monitor, text) = unsafe {
         let text = match text.is_null() {
             true => "no message".into(),
             false => CStr::from_ptr(text).to_string_lossy(),
         };
-        (&*user.cast::<Monitor>(), text)
+        (&*data.cast::<Monitor>(), text)
     };
     monitor.complain(format!("{text} (code {code})"));
 }
 
-unsafe extern "C" fn on_memory(user: *mut c_void, bytes: isize, _post: bool) -> bool {
-    // SAFETY: `user` is the Monitor given with this callback.
-    let monitor = unsafe { &*user.cast::<Monitor>() };
-    monitor.count(bytes);
-    true
+unsafe extern "C" fn on_memory(data: *const c_void, bytes: i64) {
+    // SAFETY: `data` is the Monitor given with this callback.
+    unsafe { &*data.cast::<Monitor>() }.count(bytes as isize);
 }
 
-unsafe extern "C" fn on_progress(user: *mut c_void, done: f64) -> bool {
-    // SAFETY: `user` is the Tell given with this callback, alive until the commit is over.
-    let tell = unsafe { &*user.cast::<Tell>() };
+unsafe extern "C" fn on_progress(data: *const c_void, done: f64) {
+    // SAFETY: `data` is the Tell given with this callback, alive until the commit is over.
+    let tell = unsafe { &*data.cast::<Tell>() };
     tell(done);
-    true
 }
 
 unsafe extern "C" fn quadric_bounds(data: *const c_void, index: u32, out: *mut f32) {
@@ -375,21 +394,4 @@ unsafe extern "C" fn quadric_hit(data: *const c_void, index: u32, ray: *const sy
     let (geometry, ray) = unsafe { (&*data.cast::<Geometry>(), &*ray.cast::<Ray>()) };
     let q = geometry.quadrics.get(index as usize);
     q.and_then(|q| quadric::intersect(q, ray)).unwrap_or(-1.0)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_librarys_own_words_reach_the_caller() {
-        let geometry = super::super::testing::icosphere(0);
-        let built = Embree::new(&geometry, EmbreeOptions::default()).expect("builds");
-        // No such kind of geometry.
-        let Err(EmbreeError::Refused(text)) = built.scene.geometry(9999) else {
-            panic!("accepted");
-        };
-        assert!(text.contains("code"), "{text}");
-        assert_eq!(built.check(), Ok(()));
-    }
 }

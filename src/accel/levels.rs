@@ -63,12 +63,17 @@ fn scenes<'g>(
     tell: Tell,
 ) -> Result<Scene<'g>, EmbreeError> {
     // Progress counts what trees are built over.
+    let flags = if geometry.leave_out {
+        sys::MLX_FILTERED
+    } else {
+        sys::RTC_SCENE_FLAG_NONE
+    };
     let primitives: usize = geometry.parts().map(Geometry::prim_count).sum();
     let whole = (primitives + geometry.instances.len()).max(1) as f64;
     let mut done = 0;
     let mut objects = Vec::with_capacity(geometry.objects.len());
     for object in &geometry.objects {
-        let mut scene = Scene::new(device, options)?;
+        let mut scene = Scene::new(device, options, flags)?;
         let ids = [sys::MLX_OBJECT_TRIANGLES, sys::MLX_OBJECT_QUADRICS];
         scene.fill(object, ids)?;
         let count = object.prim_count();
@@ -76,7 +81,7 @@ fn scenes<'g>(
         done += count;
         objects.push(scene);
     }
-    let mut world = Scene::new(device, options)?;
+    let mut world = Scene::new(device, options, flags)?;
     world.fill(geometry, [sys::MLX_TRIANGLES, sys::MLX_QUADRICS])?;
     world.hold(objects);
     for (i, instance) in geometry.instances.iter().enumerate() {

@@ -25,12 +25,12 @@ pub mod triangle;
 
 pub use self::obvhs::{Obvhs, ObvhsOptions};
 pub use asked::Asked;
-pub use canonical::closest;
+pub use canonical::{closest, closest_but};
 pub use checked::{Checked, Disagreement};
 pub use embree::Embree;
 pub use options::{EmbreeError, EmbreeOptions, Quality};
 pub use record::Recorder;
-pub use spawn::{offset_origin, visible};
+pub use spawn::{offset_origin, visible, visible_but};
 pub use surface::{Surface, dpdu, surface};
 
 use crate::real::{Convert, Real, Vec3};
@@ -97,6 +97,12 @@ pub trait Accel: Sync {
     fn nearest(&self, ray: &Ray) -> Option<PrimId>;
     /// Something lies in 0 < t < t_max.
     fn occluded(&self, ray: &Ray) -> bool;
+    /// As [`Self::nearest`] as if there were not these two triangles: the slivers that the ray leaves and, perhaps, goes
+    /// to. A flat thing is not met again by a line that begins on it, whatever the roundings. Quadrics are not left out.
+    /// Only where [`Geometry::leave_out`] was set before the build.
+    fn nearest_but(&self, ray: &Ray, but: [PrimId; 2]) -> Option<PrimId>;
+    /// The same of [`Self::occluded`].
+    fn occluded_but(&self, ray: &Ray, but: [PrimId; 2]) -> bool;
     /// Name and version, for reports.
     fn name(&self) -> String;
     /// Bytes the acceleration structure holds beside the geometry.
@@ -114,6 +120,12 @@ impl<A: Accel + ?Sized> Accel for &A {
     #[inline]
     fn occluded(&self, ray: &Ray) -> bool {
         (**self).occluded(ray)
+    }
+    fn nearest_but(&self, ray: &Ray, but: [PrimId; 2]) -> Option<PrimId> {
+        (**self).nearest_but(ray, but)
+    }
+    fn occluded_but(&self, ray: &Ray, but: [PrimId; 2]) -> bool {
+        (**self).occluded_but(ray, but)
     }
     fn name(&self) -> String {
         (**self).name()

@@ -98,6 +98,17 @@ impl<A: Accel> Accel for Recorder<A> {
         self.inner.occluded(ray)
     }
 
+    // The file does not say what was left out.
+    fn nearest_but(&self, ray: &Ray, but: [PrimId; 2]) -> Option<PrimId> {
+        self.push(ray, Kind::Closest);
+        self.inner.nearest_but(ray, but)
+    }
+
+    fn occluded_but(&self, ray: &Ray, but: [PrimId; 2]) -> bool {
+        self.push(ray, Kind::Any);
+        self.inner.occluded_but(ray, but)
+    }
+
     fn name(&self) -> String {
         format!("{} recorded", self.inner.name())
     }

@@ -237,8 +237,13 @@ pub enum Class {
     },
 }
 
-/// All primitives that a ray may meet: those of the world, and those of the instances whose box it does not clearly pass.
-fn candidates<'g>(geometry: &'g Geometry, ray: &Ray) -> impl Iterator<Item = PrimId> + 'g {
+/// All primitives that a ray may meet: those of the world, and those of the instances whose box it does not clearly pass,
+/// without the triangles `but`.
+fn candidates<'g>(
+    geometry: &'g Geometry,
+    ray: &Ray,
+    but: [PrimId; 2],
+) -> impl Iterator<Item = PrimId> + 'g {
     let world = (0..geometry.prim_count() as u32).map(PrimId::of);
     let boxes: Vec<_> = geometry.objects.iter().map(Geometry::bounds).collect();
     let line = Line::new(ray);
@@ -258,12 +263,19 @@ fn candidates<'g>(geometry: &'g Geometry, ray: &Ray) -> impl Iterator<Item = Pri
         let count = geometry.objects[instance.object as usize].prim_count();
         (0..count as u32).map(move |p| PrimId::through(i as u32, p))
     });
-    world.chain(inside)
+    let all = world.chain(inside);
+    all.filter(move |p| !but.contains(p) || !geometry.is_triangle(*p))
 }
 
-/// Judges two different answers about the nearest primitive. Asks every primitive: for rare cases.
-pub fn judge_nearest(geometry: &Geometry, ray: &Ray, answers: [Option<PrimId>; 2]) -> Class {
-    let sure = candidates(geometry, ray).filter_map(|p| match meeting(geometry, p, ray) {
+/// Judges two different answers about the nearest primitive without the triangles `but`. Asks every primitive: for rare
+/// cases.
+pub fn judge_nearest(
+    geometry: &Geometry,
+    ray: &Ray,
+    but: [PrimId; 2],
+    answers: [Option<PrimId>; 2],
+) -> Class {
+    let sure = candidates(geometry, ray, but).filter_map(|p| match meeting(geometry, p, ray) {
         Meeting::Inside(r) => Some(r),
         _ => None,
     });
@@ -290,10 +302,11 @@ pub fn judge_nearest(geometry: &Geometry, ray: &Ray, answers: [Option<PrimId>; 2
     }
 }
 
-/// Judges two different answers about visibility, of which the second says "occluded" if `second` holds, else the first.
-pub fn judge_occluded(geometry: &Geometry, ray: &Ray, second: bool) -> Class {
+/// Judges two different answers about visibility without the triangles `but`, of which the second says "occluded" if
+/// `second` holds, else the first.
+pub fn judge_occluded(geometry: &Geometry, ray: &Ray, but: [PrimId; 2], second: bool) -> Class {
     let mut class = None;
-    for p in candidates(geometry, ray) {
+    for p in candidates(geometry, ray, but) {
         match meeting(geometry, p, ray) {
             Meeting::Inside(_) => {
                 return Class::Wrong {

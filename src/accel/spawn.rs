@@ -6,6 +6,7 @@
 use super::surface::{ROUNDOFF, Surface};
 use super::{Accel, OwnRay, Ray};
 use crate::real::{Convert, Real, Vec3};
+use crate::scene::PrimId;
 
 /// A point moved off its surface to the side that `direction` points to: far enough along the normal to leave the box
 /// of half width `error` around it. A normal of 0 moves nothing.
@@ -42,15 +43,30 @@ pub fn visible<A: Accel>(
     e1: Real,
     ng1: Vec3,
 ) -> bool {
-    if (p1.x, p1.y, p1.z) < (p0.x, p0.y, p0.z) {
-        return segment_free(accel, (p1, e1, ng1), (p0, e0, ng0));
-    }
-    segment_free(accel, (p0, e0, ng0), (p1, e1, ng1))
+    visible_by(|ray| accel.occluded(ray), (p0, e0, ng0), (p1, e1, ng1))
 }
 
-/// Visibility of (point, error bound, normal) ends in the given order.
-#[inline]
-fn segment_free<A: Accel>(accel: &A, a: (Vec3, Real, Vec3), b: (Vec3, Real, Vec3)) -> bool {
+/// An end of a line of sight: a point, its error bound, its geometric normal.
+pub type End = (Vec3, Real, Vec3);
+
+/// The same as if there were not these two triangles; see [`Accel::nearest_but`].
+#[cold]
+pub fn visible_but<A: Accel>(accel: &A, a: End, b: End, but: [PrimId; 2]) -> bool {
+    visible_by(|ray| accel.occluded_but(ray, but), a, b)
+}
+
+#[inline(always)]
+fn visible_by(occluded: impl Fn(&Ray) -> bool, a: End, b: End) -> bool {
+    let key = |(p, ..): End| (p.x, p.y, p.z);
+    if key(b) < key(a) {
+        return segment_free(occluded, b, a);
+    }
+    segment_free(occluded, a, b)
+}
+
+/// Visibility of the ends in the given order.
+#[inline(always)]
+fn segment_free(occluded: impl Fn(&Ray) -> bool, a: End, b: End) -> bool {
     let d = b.0 - a.0;
     // Beside the points' own error: a test's distance along the ray is rounded in proportion to the length, so the far
     // end stands off by that much more; 8 roundings cover the dot products of numerator and denominator.
@@ -62,7 +78,7 @@ fn segment_free<A: Accel>(accel: &A, a: (Vec3, Real, Vec3), b: (Vec3, Real, Vec3
     if between.dot(d.single()) <= 0.0 {
         return true;
     }
-    !accel.occluded(&Ray {
+    !occluded(&Ray {
         o,
         d: between,
         t_max: 1.0 - f32::EPSILON,

@@ -1,11 +1,15 @@
 //! Primitives of the world or of an object, numbered 0.. : triangles first, then quadrics.
 
-use super::Instance;
+use super::{Instance, PrimId};
 use glam::{Mat3, Vec2, Vec3};
 use std::sync::OnceLock;
 
 /// "No such thing" in index fields.
 pub const NONE: u32 = u32::MAX;
+
+/// Longest edge over the height on it from which a triangle is a sliver: a test in f32 cannot tell on which side of it a
+/// point is. docs/faults.md derives it.
+pub const SLIVER: f64 = 1e3;
 
 /// What a primitive belongs to: one pbrt `Shape` directive.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,6 +77,8 @@ pub struct Geometry {
     pub objects: Vec<Geometry>,
     /// Where objects stand.
     pub instances: Vec<Instance>,
+    /// Rays leave out the slivers that they start on and end on: a plan says so where there are any.
+    pub leave_out: bool,
     /// What a hit on a triangle asks for, gathered; a backend fills it when built.
     pub facets: OnceLock<Vec<Facet>>,
 }
@@ -118,6 +124,26 @@ impl Geometry {
         (prim as usize)
             .checked_sub(self.triangles.len())
             .map(|i| &self.quadrics[i])
+    }
+
+    /// A triangle, of the world or of an instance.
+    pub fn is_triangle(&self, id: PrimId) -> bool {
+        let (_, part, prim) = self.resolve(id);
+        (prim as usize) < part.triangles.len()
+    }
+
+    /// A triangle beyond [`SLIVER`], of the world or of an instance.
+    pub fn is_sliver(&self, id: PrimId) -> bool {
+        let (_, part, prim) = self.resolve(id);
+        (prim as usize) < part.triangles.len() && part.aspect_squared(prim) > SLIVER * SLIVER
+    }
+
+    /// Longest edge over the height on it, of triangle `prim`, squared.
+    pub fn aspect_squared(&self, prim: u32) -> f64 {
+        let [a, b, c] = self.corners(prim).map(|p| p.as_dvec3());
+        let edges = [b - a, c - b, a - c].map(|e| e.length_squared());
+        let longest = edges.into_iter().fold(0.0, f64::max);
+        longest * longest / (b - a).cross(c - a).length_squared()
     }
 
     /// Surface area of a primitive in squared scene units.

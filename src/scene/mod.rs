@@ -13,7 +13,7 @@ pub mod subset;
 pub mod texture;
 
 pub use camera::Camera;
-pub use geometry::{Facet, Geometry, NONE, Quadric, Shape};
+pub use geometry::{Facet, Geometry, NONE, Quadric, SLIVER, Shape};
 pub use instance::{Instance, PrimId};
 pub use light::Light;
 pub use load::{LoadOptions, SceneError, load_scene};

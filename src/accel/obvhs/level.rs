@@ -85,13 +85,13 @@ impl<'a> Level<'a> {
         }
     }
 
-    /// The nearest primitive, named by `id`. `through` asks what the ray, cut at the nearest hit so far, meets of an
+    /// The nearest primitive, named by `id`, which gives none to those that do not count. `through` asks what the ray, cut at the nearest hit so far, meets of an
     /// instance.
     #[inline(always)]
     pub fn nearest(
         &self,
         ray: &Ray,
-        id: impl Fn(u32) -> PrimId,
+        id: impl Fn(u32) -> Option<PrimId>,
         through: impl Fn(u32, &Ray) -> Option<(f32, PrimId)>,
     ) -> Option<PrimId> {
         let met = self.nearest_of(ray, id, through);
@@ -103,7 +103,7 @@ impl<'a> Level<'a> {
     pub fn nearest_of(
         &self,
         ray: &Ray,
-        id: impl Fn(u32) -> PrimId,
+        id: impl Fn(u32) -> Option<PrimId>,
         through: impl Fn(u32, &Ray) -> Option<(f32, PrimId)>,
     ) -> Option<(f32, PrimId)> {
         let shear = Shear::new(ray);
@@ -119,11 +119,14 @@ impl<'a> Level<'a> {
                         // What is met at that very distance may be the first in number.
                         let t_max = far.next_up();
                         match through(i, &Ray { t_max, ..*ray }) {
-                            Some(met) => met,
+                            Some((t, prim)) => (t, Some(prim)),
                             None => return Some(far),
                         }
                     }
                 },
+            };
+            let Some(prim) = prim else {
+                return Some(far);
             };
             // Of primitives at the very same distance the first in number is named, whatever the tree looks like.
             let nearer = t < far || (t == far && best.is_some_and(|b: (f32, PrimId)| prim < b.1));
@@ -137,18 +140,24 @@ impl<'a> Level<'a> {
         best
     }
 
-    /// Something lies in 0 < t < t_max; `through` asks the same of an instance.
+    /// Something that counts lies in 0 < t < t_max; `through` asks the same of an instance.
     #[inline(always)]
-    pub fn occluded(&self, ray: &Ray, through: impl Fn(u32, &Ray) -> bool) -> bool {
+    pub fn occluded(
+        &self,
+        ray: &Ray,
+        counts: impl Fn(u32) -> bool,
+        through: impl Fn(u32, &Ray) -> bool,
+    ) -> bool {
+        let met = |t: f32, entry: usize| t > 0.0 && t < ray.t_max && counts(self.prims[entry]);
         let shear = Shear::new(ray);
         let mut hit = false;
         self.walk::<false>(ray, |entry, far| {
             hit = match shear.distance(&self.corners[entry]) {
                 Verdict::Miss => false,
-                Verdict::Hit(t) => t > 0.0 && t < ray.t_max,
+                Verdict::Hit(t) => met(t, entry),
                 Verdict::Ask => match self.ask(&shear, ray, entry) {
                     Asked::Passed => false,
-                    Asked::Met(t) => t > 0.0 && t < ray.t_max,
+                    Asked::Met(t) => met(t, entry),
                     Asked::Instance(i) => through(i, ray),
                 },
             };

@@ -74,6 +74,34 @@ impl<'a> Obvhs<'a> {
         let place = &self.places[instance as usize];
         (&self.objects[place.object as usize], place.carry(ray))
     }
+
+    /// The nearest of the primitives that count.
+    #[inline(always)]
+    fn nearest_by(&self, ray: &Ray, counts: impl Fn(PrimId) -> bool) -> Option<PrimId> {
+        let world = |prim| Some(PrimId::of(prim)).filter(|id| counts(*id));
+        self.world.nearest(ray, world, |instance, ray| {
+            let (object, ray) = self.enter(instance, ray);
+            let id = |prim| Some(PrimId::through(instance, prim)).filter(|id| counts(*id));
+            // Objects hold no objects.
+            object.nearest_of(&ray, id, |_, _| None)
+        })
+    }
+
+    /// One of the primitives that count lies on the ray.
+    #[inline(always)]
+    fn occluded_by(&self, ray: &Ray, counts: impl Fn(PrimId) -> bool) -> bool {
+        let world = |prim| counts(PrimId::of(prim));
+        self.world.occluded(ray, world, |instance, ray| {
+            let (object, ray) = self.enter(instance, ray);
+            let inside = |prim| counts(PrimId::through(instance, prim));
+            object.occluded(&ray, inside, |_, _| false)
+        })
+    }
+
+    /// It is none of two, or no triangle.
+    fn counts(&self, id: PrimId, but: [PrimId; 2]) -> bool {
+        !but.contains(&id) || !self.geometry.is_triangle(id)
+    }
 }
 
 impl Accel for Obvhs<'_> {
@@ -83,20 +111,20 @@ impl Accel for Obvhs<'_> {
 
     #[inline]
     fn nearest(&self, ray: &Ray) -> Option<PrimId> {
-        self.world.nearest(ray, PrimId::of, |instance, ray| {
-            let (object, ray) = self.enter(instance, ray);
-            let id = |prim| PrimId::through(instance, prim);
-            // Objects hold no objects.
-            object.nearest_of(&ray, id, |_, _| None)
-        })
+        self.nearest_by(ray, |_| true)
     }
 
     #[inline]
     fn occluded(&self, ray: &Ray) -> bool {
-        self.world.occluded(ray, |instance, ray| {
-            let (object, ray) = self.enter(instance, ray);
-            object.occluded(&ray, |_, _| false)
-        })
+        self.occluded_by(ray, |_| true)
+    }
+
+    fn nearest_but(&self, ray: &Ray, but: [PrimId; 2]) -> Option<PrimId> {
+        self.nearest_by(ray, |id| self.counts(id, but))
+    }
+
+    fn occluded_but(&self, ray: &Ray, but: [PrimId; 2]) -> bool {
+        self.occluded_by(ray, |id| self.counts(id, but))
     }
 
     fn name(&self) -> String {

@@ -18,6 +18,12 @@ impl<F: Fn(&Ray, Option<PrimId>) -> Option<PrimId> + Sync> Accel for Liar<'_, F>
     fn occluded(&self, ray: &Ray) -> bool {
         self.nearest(ray).is_some()
     }
+    fn nearest_but(&self, ray: &Ray, _: [PrimId; 2]) -> Option<PrimId> {
+        self.nearest(ray)
+    }
+    fn occluded_but(&self, ray: &Ray, _: [PrimId; 2]) -> bool {
+        self.occluded(ray)
+    }
     fn name(&self) -> String {
         "liar".into()
     }
@@ -137,7 +143,12 @@ fn faces_that_coincide_tie_and_the_farther_of_two_is_wrong() {
     let ray = to_infinity(Vec3::new(0.2, 0.2, 2.0), Vec3::NEG_Z);
     let (second, fault) = (true, Fault::Missed);
     assert_eq!(
-        judge_nearest(&g, &ray, [Some(PrimId::of(1)), Some(PrimId::of(0))]),
+        judge_nearest(
+            &g,
+            &ray,
+            [PrimId::NONE; 2],
+            [Some(PrimId::of(1)), Some(PrimId::of(0))]
+        ),
         Class::Wrong { second, fault }
     );
     assert!(

@@ -54,7 +54,7 @@ fn placed(mut world: Geometry, objects: Vec<Geometry>, places: &[(u32, DAffine3)
 }
 
 /// About the unit cube, 40 places of a heap of triangles, spheres and disks and of a ball, among some triangles.
-fn crowd(rng: &mut Rng, kinds: std::ops::Range<usize>, quadrics: usize) -> Geometry {
+pub(super) fn crowd(rng: &mut Rng, kinds: std::ops::Range<usize>, quadrics: usize) -> Geometry {
     let mut heap = mixed(rng, 60, quadrics);
     heap.positions
         .iter_mut()

@@ -4,6 +4,7 @@ mod agreement;
 mod checking;
 mod instances;
 mod leaving;
+mod leaving_out;
 mod library;
 
 use super::testing::Rng;
