@@ -2,10 +2,10 @@
 //! back, and every edge asked of the scene anew.
 
 use super::{Seen, Setting};
-use crate::accel::{Accel, OwnRay, closest, surface};
+use crate::accel::{Accel, surface};
 use crate::mutation::{Context, ratio};
-use crate::path::{Kind, Path, Pool, Tally, World};
-use crate::real::{Convert, Real};
+use crate::path::{Kind, Path, Pool, Tally, World, follow};
+use crate::real::Convert;
 use crate::sampling::Rng;
 use serde::Serialize;
 use std::ops::AddAssign;
@@ -171,12 +171,8 @@ fn edges<const N: usize, A: Accel>(
         }
         d.followed += 1;
         let link = &x.links[i];
-        let ray = OwnRay {
-            o: world.leave(a, a.p, link.dir),
-            d: link.dir,
-            t_max: Real::INFINITY,
-        };
-        let Some(hit) = closest(world.accel, &ray) else {
+        let (ray, hit) = follow(world, world.leave(a, a.p, link.dir), link.dir);
+        let Some(hit) = hit else {
             d.missed += 1;
             continue;
         };

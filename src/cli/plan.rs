@@ -144,7 +144,7 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode, CliError> {
         robust: options.robust,
         compact: options.compact,
         high_quality: options.quality == Quality::High,
-        filter_callback: plan.on(Effect::Alpha),
+        filter_callback: plan.on(Effect::Alpha) || plan.on(Effect::Slivers),
         instance_level: plan.on(Effect::Instances),
     };
     if args.measure {

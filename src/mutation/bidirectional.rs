@@ -283,7 +283,7 @@ fn grow_light<const N: usize, A: Accel>(
     };
     while left > 0 {
         let v = ws.pool.get(cur);
-        let (o, w) = if index == 0 {
+        let (start, w) = if index == 0 {
             let (o, w) = world.emitters.sample_direction(world.scene, v, ctx.rng);
             (world.leave(v, o, w), w)
         } else {
@@ -295,14 +295,14 @@ fn grow_light<const N: usize, A: Accel>(
             (world.leave(v, v.p, w), w)
         };
         if left == 1 && reaches_lens {
-            let lens = world.reach_lens(v, o, w, ctx.tally)?;
+            let lens = world.reach_lens(v, start.o, w, ctx.tally)?;
             ws.put(Transport::FromLight, lens, Mode::NonSpecular);
             return Some(end_mode);
         }
         cur = ws.trace(
             world,
             Transport::FromLight,
-            (o, w),
+            (start, w),
             Mode::NonSpecular,
             ctx.tally,
         )?;
@@ -360,11 +360,11 @@ fn grow_eye<const N: usize, A: Accel>(
             }
             w
         };
-        let o = world.leave(v, v.p, w);
+        let start = world.leave(v, v.p, w);
         cur = ws.trace(
             world,
             Transport::FromEye,
-            (o, w),
+            (start, w),
             Mode::NonSpecular,
             ctx.tally,
         )?;

@@ -18,7 +18,7 @@ use super::falsify::{Density, factor, odd_row};
 use super::turn::{Octaves, angle, turned};
 use super::{Context, Workspace};
 use crate::accel::Accel;
-use crate::path::{Ends, Kind, Path, Pool, World, deflect, exp2i};
+use crate::path::{Ends, Kind, Path, Pool, Start, World, deflect, exp2i};
 use crate::real::{Convert, Real, Vec3};
 use crate::scatter::{Frame, Mode, Transport};
 use std::f64::consts::PI;
@@ -62,7 +62,7 @@ impl CausticPerturbation {
             let across = Vec3::new(cos, sin, 0.0) * size as Real;
             let through =
                 ws.pool.get(x.links[1].slot).p + Frame::from_normal(start.p).to_world(across);
-            (world.emitters.entry(start.p, through), -start.p)
+            (Start::at(world.emitters.entry(start.p, through)), -start.p)
         } else {
             let w = turned(x.links[m].dir, size, phi);
             (world.leave(start, start.p, w), w)

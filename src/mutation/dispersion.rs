@@ -7,7 +7,7 @@
 
 use super::{Context, Workspace, caustic, multi_chain};
 use crate::accel::Accel;
-use crate::path::{Emitters, Ends, Kind, Path, Pool, deflect};
+use crate::path::{Emitters, Ends, Kind, Path, Pool, Start, deflect};
 use crate::scatter::{Mode, Transport};
 use crate::scene::spectrum::Lanes;
 
@@ -134,7 +134,7 @@ fn from_light<const N: usize, A: Accel>(
     let start = ws.pool.get(ws.from_light[from].0);
     let (mut o, mut w) = if start.kind == Kind::Infinite {
         let through = ws.pool.get(x.links[1].slot).p;
-        (world.emitters.entry(start.p, through), -start.p)
+        (Start::at(world.emitters.entry(start.p, through)), -start.p)
     } else {
         let w = x.links[from].dir;
         (world.leave(start, start.p, w), w)

@@ -25,7 +25,7 @@ pub use wavelength::Wavelength;
 pub use crate::plan::Strategy;
 
 use crate::accel::Accel;
-use crate::path::{Ends, Palette, Path, Pool, Tally, Vertex, World, trace_into};
+use crate::path::{Ends, Palette, Path, Pool, Start, Tally, Vertex, World, trace_into};
 use crate::real::Vec3;
 use crate::sampling::{Entries, Rng};
 use crate::scatter::{Mode, Transport};
@@ -125,13 +125,13 @@ impl<const N: usize> Workspace<N> {
         slot
     }
 
-    /// Follows the ray (origin, unit direction) to a vertex of the proposal.
+    /// Follows the ray (start, unit direction) to a vertex of the proposal.
     #[inline]
     pub fn trace<A: Accel>(
         &mut self,
         world: &World<A>,
         from: Transport,
-        ray: (Vec3, Vec3),
+        ray: (Start, Vec3),
         mode: Mode,
         tally: &mut Tally,
     ) -> Option<u16> {

@@ -1,6 +1,6 @@
 //! Bidirectional sampling: a light and an eye sub-path, and every path x_{s,t} that joins them (Veach chapter 10).
 
-use super::{Emitters, Palette, Path, Pool, Tally, Vertex, World, walk::Walk};
+use super::{Emitters, Palette, Path, Pool, Start, Tally, Vertex, World, walk::Walk};
 use crate::accel::Accel;
 use crate::real::Vec2;
 use crate::sampling::Rng;
@@ -74,7 +74,8 @@ impl<const N: usize> Sampler<N> {
         }
         let lens: Vertex<N> = world.lens.sample_vertex(rng.next_vec2());
         self.eye_walk.start(self.pool.put(lens));
-        let ray = (lens.p, world.lens.direction(lens.p, raster));
+        let start = Start::at(lens.p);
+        let ray = (start, world.lens.direction(lens.p, raster));
         let max = world.max_edges;
         self.eye_walk.follow(
             world,

@@ -32,6 +32,6 @@ pub use sequence::{Ends, Path};
 pub use site::{Site, Sites};
 pub use strategies::{deletion_length, exp2i, half_to};
 pub use tally::{Fault, Tally};
-pub use trace::{deflect, scatter, trace, trace_into, trace_ray};
+pub use trace::{Start, deflect, follow, scatter, trace, trace_into, trace_ray};
 pub use vertex::{Kind, Vertex};
 pub use world::World;

@@ -1,11 +1,11 @@
 //! One more vertex: choose a direction, follow it.
 
 use super::{Fault, Kind, Palette, Tally, Vertex, World};
-use crate::accel::{Accel, OwnRay, closest, offset_origin, surface};
+use crate::accel::{Accel, Hit, OwnRay, closest, closest_but, surface};
 use crate::real::{Real, Vec3};
 use crate::sampling::Rng;
 use crate::scatter::{Bsdf, Mode, Transport};
-use crate::scene::NONE;
+use crate::scene::{NONE, PrimId};
 
 /// Samples a direction and a mode at `x`; `from` points to the vertex the sub-path came from.
 #[inline]
@@ -49,43 +49,69 @@ pub fn trace<const N: usize, A: Accel>(
     palette: &Palette<N>,
     tally: &mut Tally,
 ) -> Option<Vertex<N>> {
-    let o = if x.kind == Kind::Surface {
-        offset_origin(x.p, x.error, x.ng, w)
-    } else {
-        x.p
-    };
-    trace_ray(world, o, w, palette, tally)
+    trace_ray(world, world.leave(x, x.p, w), w, palette, tally)
+}
+
+/// Where a ray begins.
+#[derive(Clone, Copy, Debug)]
+pub struct Start {
+    /// Its origin, off its surface.
+    pub o: Vec3,
+    /// The sliver it leaves, where rays leave those out ([`Geometry::leave_out`](crate::scene::Geometry::leave_out)).
+    pub off: PrimId,
+}
+
+impl Start {
+    /// On no surface.
+    pub fn at(o: Vec3) -> Self {
+        Self {
+            o,
+            off: PrimId::NONE,
+        }
+    }
 }
 
 /// As [`trace`], from any origin.
 #[inline]
 pub fn trace_ray<const N: usize, A: Accel>(
     world: &World<A>,
-    o: Vec3,
+    start: Start,
     w: Vec3,
     palette: &Palette<N>,
     tally: &mut Tally,
 ) -> Option<Vertex<N>> {
     let mut v = Vertex::bare(Kind::Infinite, w, Vec3::ZERO, NONE);
-    trace_into(world, (o, w), palette, tally, &mut v).then_some(v)
+    trace_into(world, (start, w), palette, tally, &mut v).then_some(v)
+}
+
+/// The ray, and what it meets.
+#[inline(always)]
+pub fn follow<A: Accel>(world: &World<A>, start: Start, w: Vec3) -> (OwnRay, Option<Hit>) {
+    let ray = OwnRay {
+        o: start.o,
+        d: w,
+        t_max: Real::INFINITY,
+    };
+    let hit = if start.off == PrimId::NONE {
+        closest(world.accel, &ray)
+    } else {
+        closest_but(world.accel, &ray, [start.off, PrimId::NONE])
+    };
+    (ray, hit)
 }
 
 /// As [`trace_ray`], writing the vertex where it is to stay; false, and nothing written, if there is none.
 #[inline(never)]
 pub fn trace_into<const N: usize, A: Accel>(
     world: &World<A>,
-    (o, w): (Vec3, Vec3),
+    (start, w): (Start, Vec3),
     palette: &Palette<N>,
     tally: &mut Tally,
     v: &mut Vertex<N>,
 ) -> bool {
     tally.rays_closest += 1;
-    let ray = OwnRay {
-        o,
-        d: w,
-        t_max: Real::INFINITY,
-    };
-    if let Some(hit) = closest(world.accel, &ray) {
+    let (ray, hit) = follow(world, start, w);
+    if let Some(hit) = hit {
         tally.hits_clamped += hit.clamped as u64;
         let s = surface(&world.scene.geometry, &hit, &ray);
         v.become_surface(world.scene, hit.prim, &s, palette);

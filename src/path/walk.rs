@@ -1,8 +1,8 @@
 //! Random walks: the sub-paths of bidirectional sampling.
 
-use super::trace::trace_into;
+use super::trace::{Start, trace_into};
 use super::{Kind, Palette, Pool, Tally, World, scatter, scatter_terms};
-use crate::accel::{Accel, offset_origin};
+use crate::accel::Accel;
 use crate::real::Vec3;
 use crate::sampling::Rng;
 use crate::scatter::{Mode, Transport};
@@ -92,7 +92,7 @@ impl Walk {
         pool: &mut Pool<N>,
         palette: &Palette<N>,
         transport: Transport,
-        (mut o, mut dir): (Vec3, Vec3),
+        (mut start, mut dir): (Start, Vec3),
         max: usize,
         rng: &mut Rng,
         tally: &mut Tally,
@@ -101,13 +101,13 @@ impl Walk {
         let may_end_on_lens = transport == Transport::FromLight && world.lens.has_aperture();
         loop {
             if may_end_on_lens {
-                self.cross_lens(world, pool, o, dir, survival, tally);
+                self.cross_lens(world, pool, start.o, dir, survival, tally);
             }
             if self.len() >= max {
                 return;
             }
             let slot = pool.take();
-            let found = trace_into(world, (o, dir), palette, tally, pool.get_mut(slot));
+            let found = trace_into(world, (start, dir), palette, tally, pool.get_mut(slot));
             let v = pool.get(slot);
             if !found || (v.kind != Kind::Surface && transport == Transport::FromLight) {
                 pool.release(slot);
@@ -150,7 +150,7 @@ impl Walk {
             }
             beta *= step;
             self.vertices.last_mut().expect("just pushed").1 = mode;
-            o = offset_origin(v.p, v.error, v.ng, w);
+            start = world.leave(v, v.p, w);
             dir = w;
         }
     }

@@ -1,11 +1,14 @@
 //! What every path of a render shares.
 
-use super::{Emitters, Kind, Lens, Sites, Tally, Vertex};
-use crate::accel::{Accel, Ray, offset_origin, visible};
+use super::{Emitters, Kind, Lens, Sites, Start, Tally, Vertex};
+use crate::accel::{Accel, Ray, offset_origin, visible, visible_but};
 use crate::plan::{Effect, Plan};
 use crate::real::{Convert, Real, Vec3};
 use crate::scene::spectrum::{Grey, Lanes, Target};
-use crate::scene::{Material, Scene};
+use crate::scene::{Material, PrimId, Scene};
+
+/// Leaves out no primitive.
+const NOTHING: [PrimId; 2] = [PrimId::NONE; 2];
 
 /// A scene made ready for light transport on a backend.
 pub struct World<'a, A: Accel> {
@@ -69,13 +72,35 @@ impl<'a, A: Accel> World<'a, A> {
         }
     }
 
-    /// The origin of a ray that leaves `x` in direction `w`; `at` where `x` is on no surface.
+    /// Where a ray begins that leaves `x` in direction `w`; `at` where `x` is on no surface.
     #[inline]
-    pub fn leave<const N: usize>(&self, x: &Vertex<N>, at: Vec3, w: Vec3) -> Vec3 {
-        if x.kind == Kind::Surface {
-            offset_origin(x.p, x.error, x.ng, w)
+    pub fn leave<const N: usize>(&self, x: &Vertex<N>, at: Vec3, w: Vec3) -> Start {
+        if x.kind != Kind::Surface {
+            return Start::at(at);
+        }
+        Start {
+            o: offset_origin(x.p, x.error, x.ng, w),
+            off: self.off(x),
+        }
+    }
+
+    /// The primitive that rays from and to `x` leave out, if they do.
+    #[inline]
+    fn off<const N: usize>(&self, x: &Vertex<N>) -> PrimId {
+        if self.scene.geometry.leave_out {
+            self.sliver(x)
         } else {
-            at
+            PrimId::NONE
+        }
+    }
+
+    #[cold]
+    fn sliver<const N: usize>(&self, x: &Vertex<N>) -> PrimId {
+        let id = x.prim();
+        if id != PrimId::NONE && self.scene.geometry.is_sliver(id) {
+            id
+        } else {
+            PrimId::NONE
         }
     }
 
@@ -106,6 +131,9 @@ impl<'a, A: Accel> World<'a, A> {
         } else {
             (a, b)
         };
+        if self.scene.geometry.leave_out {
+            return self.visible_but_slivers(near, far);
+        }
         if far.kind == Kind::Infinite {
             let o = offset_origin(near.p, near.error, near.ng, far.p);
             return !self.accel.occluded(&Ray {
@@ -123,5 +151,28 @@ impl<'a, A: Accel> World<'a, A> {
             far.error,
             far.normal(),
         )
+    }
+
+    /// As [`Self::visible`], of which only the second may be at infinity, without the slivers at the ends.
+    #[cold]
+    #[inline(never)]
+    fn visible_but_slivers<const N: usize>(&self, near: &Vertex<N>, far: &Vertex<N>) -> bool {
+        let but = [self.off(near), self.off(far)];
+        if far.kind == Kind::Infinite {
+            let ray = Ray {
+                o: offset_origin(near.p, near.error, near.ng, far.p).single(),
+                d: far.p.single(),
+                t_max: f32::INFINITY,
+            };
+            return match but {
+                NOTHING => !self.accel.occluded(&ray),
+                but => !self.accel.occluded_but(&ray, but),
+            };
+        }
+        let [(p, e, n), b] = [near, far].map(|v| (v.p, v.error, v.normal()));
+        match but {
+            NOTHING => visible(self.accel, p, e, n, b.0, b.1, b.2),
+            but => visible_but(self.accel, (p, e, n), b, but),
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! What in a scene calls for each effect, with its place.
 
 use super::reach::{certain, is_black_material, used_shapes};
-use super::{Effect, colour, objects};
+use super::{Effect, colour, objects, slivers};
 use crate::scene::load::Location;
 use crate::scene::material::ConductorFresnel;
 use crate::scene::spectrum::Curve;
@@ -137,6 +137,12 @@ impl Causes {
         let sources = std::iter::once(scene.sources.shapes.as_slice()).chain(of_objects);
         let used = used_shapes(scene, unseen);
         for ((part, used), sources) in scene.geometry.parts().zip(used).zip(sources) {
+            for (i, aspect) in slivers::slivers(part) {
+                if used[i] {
+                    let why = format!("has a triangle {aspect:.1e} times as long as high");
+                    all.add(Effect::Slivers, Cause::of(sources.get(i), "a shape", &why));
+                }
+            }
             for (i, s) in part.shapes.iter().enumerate() {
                 if used[i] && s.has_normals {
                     let cause = Cause::of(sources.get(i), "a shape", "has vertex normals");

@@ -20,8 +20,8 @@ const D_LINE: Real = 587.6;
 /// Radius of a forced aperture over the width of a pixel at the distance in focus: far below what can be seen.
 const PINPRICK: f32 = 1e-3;
 
-/// Takes every cause of `effect` out of the scene. What is a matter of how it is simulated alone — colour and the
-/// perturbations — is not a matter of the scene; alpha the loader has dealt with.
+/// Takes every cause of `effect` out of the scene. What is a matter of how it is simulated alone — colour, slivers and
+/// the perturbations — is not a matter of the scene; alpha the loader has dealt with.
 pub fn remove(effect: Effect, scene: &mut Scene) {
     match effect {
         Effect::Dispersion => {
@@ -53,7 +53,8 @@ pub fn remove(effect: Effect, scene: &mut Scene) {
             .for_each(|s| s.has_normals = false),
         Effect::Instances => flatten(scene, |_| true),
         Effect::Indirect => scene.settings.max_depth = scene.settings.max_depth.min(1),
-        Effect::Colour | Effect::Caustic | Effect::MultiChain | Effect::Alpha => {}
+        Effect::Colour | Effect::Caustic | Effect::MultiChain | Effect::Alpha | Effect::Slivers => {
+        }
     }
 }
 

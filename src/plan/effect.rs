@@ -26,6 +26,8 @@ pub enum Effect {
     Normals,
     /// Surfaces that are there only in part.
     Alpha,
+    /// Triangles so thin that a test in f32 cannot tell on which side of them a point is.
+    Slivers,
     /// Objects that stand in several places.
     Instances,
     /// Light after more than one scattering, so that a Markov chain has paths to own.
@@ -34,7 +36,7 @@ pub enum Effect {
 
 impl Effect {
     /// All of them, in the order in which a plan tells them.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Colour,
         Self::Dispersion,
         Self::Specular,
@@ -45,6 +47,7 @@ impl Effect {
         Self::Textures,
         Self::Normals,
         Self::Alpha,
+        Self::Slivers,
         Self::Instances,
         Self::Indirect,
     ];
@@ -62,6 +65,7 @@ impl Effect {
             Self::Textures => "textures",
             Self::Normals => "normals",
             Self::Alpha => "alpha",
+            Self::Slivers => "slivers",
             Self::Instances => "instances",
             Self::Indirect => "indirect",
         }
@@ -85,6 +89,7 @@ impl Effect {
             }
             Self::Normals => "the geometric normal is the shading normal",
             Self::Alpha => "Embree has no filter callback",
+            Self::Slivers => "no ray leaves out the triangle that it starts on",
             Self::Instances => "Embree has one level, in world space",
             Self::Indirect => "no Markov chain: the direct pass is the whole image",
         }
@@ -109,6 +114,9 @@ impl Effect {
             Self::Textures => "each texture is replaced by one value that stands for it",
             Self::Normals => "curved meshes show their facets",
             Self::Alpha => "nothing",
+            Self::Slivers => {
+                "needles shade themselves: some of the rays that leave them meet them again"
+            }
             Self::Instances => {
                 "nothing is wrong with the image, but every place of an object takes as much memory as the object"
             }

@@ -10,6 +10,7 @@ mod effect;
 pub mod objects;
 mod power;
 mod reach;
+mod slivers;
 mod strategy;
 mod text;
 mod unseen;
@@ -194,7 +195,7 @@ impl Plan {
 
     /// Makes the scene ready for a render and plans that: what is to be left out or forced goes out of the scene or into
     /// it, objects that are not worth an instance are put into the world, mixes that are certain are resolved, and shapes
-    /// that no path can meet are left out. The findings tell of the scene as it was.
+    /// that no path can meet are left out; rays leave out the triangles they start on where there are slivers. The findings tell of the scene as it was.
     pub fn make(scene: &mut Scene, options: &Options) -> Self {
         let before = Self::new(scene, options);
         for f in &before.findings {
@@ -221,6 +222,7 @@ impl Plan {
                 *now = f;
             }
         }
+        scene.geometry.leave_out = plan.on(Effect::Slivers);
         Self {
             unlit: before.unlit,
             unused: before.unused,

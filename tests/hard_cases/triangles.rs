@@ -5,9 +5,11 @@ use super::{all_images, images_on, scene_of};
 use glam::Vec3;
 use metrolux::accel::surface::surface_at;
 use metrolux::accel::{Accel, Obvhs, Ray, closest, surface};
+use metrolux::path::{Kind, Palette, Tally, Vertex, World, trace};
+use metrolux::plan::{Effect, Options, Plan};
 use metrolux::sampling::Rng;
 use metrolux::sampling::warp;
-use metrolux::scene::Scene;
+use metrolux::scene::{PrimId, Scene};
 use rayon::prelude::*;
 use std::fmt::Write;
 
@@ -34,10 +36,10 @@ fn to_infinity(o: Vec3, d: Vec3) -> Ray {
     }
 }
 
-/// Needles of aspect 10^`from` … 10^`to`, 1000 rays from each: how many needles, and rays that met the needle they left, on
-/// Embree and obvhs.
-fn needles(count: u32, [from, to]: [f32; 2]) -> [u32; 3] {
-    let counts: Vec<[u32; 3]> = (0..count)
+/// Needles of aspect 10^`from` … 10^`to`, 1000 rays from each: how many needles; rays that met the needle they left, on Embree
+/// and obvhs, as a render asks them; and the same of rays that are asked of every triangle.
+fn needles(count: u32, [from, to]: [f32; 2]) -> [u32; 5] {
+    let counts: Vec<[u32; 5]> = (0..count)
         .into_par_iter()
         .map(|i| {
             let mut rng = Rng::new(31, 1000, i, 0);
@@ -45,41 +47,66 @@ fn needles(count: u32, [from, to]: [f32; 2]) -> [u32; 3] {
             let aspect = 10f32.powf(from + (to - from) * rng.next_f32());
             let at = (warp::sphere(rng.next_vec2()) * 4.0 * rng.next_f32()) * (i % 2) as f32;
             let apex = at + a * rng.next_f32() + b / aspect;
-            let scene = mesh(&[at, at + a, apex], &[[0, 1, 2]], "");
-            let g = &scene.geometry;
-            if g.triangles.is_empty() {
-                return [0; 3];
+            let mut scene = mesh(&[at, at + a, apex], &[[0, 1, 2]], "");
+            if scene.geometry.triangles.is_empty() {
+                return [0; 5];
             }
+            let plan = Plan::make(&mut scene, &Options::default());
+            assert_eq!(
+                plan.on(Effect::Slivers),
+                scene.geometry.aspect_squared(0) > 1e6
+            );
+            let g = &scene.geometry;
             let (e, o) = (embree(&scene), Obvhs::new(g));
-            let mut met = [1, 0, 0];
+            let (on_e, on_o) = (World::new(&scene, &e, 1), World::new(&scene, &o, 1));
+            let palette = Palette::<1>::new(on_e.lanes(0.5));
+            let mut tally = Tally::default();
+            let mut met = [1, 0, 0, 0, 0];
             for _ in 0..1000 {
                 let [_, b1, b2] = warp::triangle(rng.next_vec2());
                 let s = surface_at(g, 0, b1, b2);
                 assert!(s.p.is_finite() && s.error.is_finite() && s.ng.is_normalized());
-                let ray = s.ray(warp::sphere(rng.next_vec2()));
-                met[1] += closest(&e, &ray).is_some() as u32;
-                met[2] += closest(&o, &ray).is_some() as u32;
+                let w = warp::sphere(rng.next_vec2());
+                let v = Vertex::from_surface(&scene, PrimId::of(0), &s, &palette);
+                // It is seen from wherever light is, too.
+                let lamp = Vertex::bare(Kind::Point, s.p + w * 3.0, Vec3::ZERO, 0);
+                let sky = Vertex::bare(Kind::Infinite, w, Vec3::ZERO, 0);
+                let t = &mut tally;
+                met[1] += u32::from(trace(&on_e, &v, w, &palette, t).is_some());
+                met[2] += u32::from(trace(&on_o, &v, w, &palette, t).is_some());
+                for far in [&lamp, &sky] {
+                    met[1] += u32::from(!on_e.visible(&v, far, t) || !on_e.visible(far, &v, t));
+                    met[2] += u32::from(!on_o.visible(&v, far, t) || !on_o.visible(far, &v, t));
+                }
+                let ray = s.ray(w);
+                met[3] += u32::from(closest(&e, &ray).is_some());
+                met[4] += u32::from(closest(&o, &ray).is_some());
             }
             met
         })
         .collect();
-    counts
-        .iter()
-        .fold([0; 3], |s, c| [s[0] + c[0], s[1] + c[1], s[2] + c[2]])
+    counts.iter().fold([0; 5], |mut s, c| {
+        s.iter_mut().zip(c).for_each(|(s, c)| *s += c);
+        s
+    })
 }
 
-/// A ray that leaves a needle of aspect 1 to 1000, to whatever side, is never told that it meets that needle again; up to 10⁷
-/// all that is known of its points is finite.
+/// A ray that leaves a needle of aspect 1 to 10⁷, to whatever side, is never told that it meets that needle again, and what
+/// lies on the needle is seen. Up to 1000 that is so although it is asked of the needle too.
 #[test]
 fn rays_that_leave_slivers_do_not_meet_them_again() {
     let [made, met @ ..] = needles(1000, [0.0, 3.0]);
-    assert_eq!((made, met), (1000, [0, 0]));
-    // Beyond that some do (docs/faults.md says why). How many is told, not bounded: it hangs on the roundings of a test that
-    // tells nothing there. What it darkens is asked below.
+    assert_eq!((made, met), (1000, [0; 4]));
+    let [made, met @ ..] = needles(1000, [3.0, 7.0]);
+    assert_eq!(met[..2], [0; 2]);
+    // Some are too thin for the coordinates they stand at.
+    assert!(made > 750, "{made}");
+    // Asked of the needle too, some rays meet it (docs/faults.md says why). How many is told, not bounded: it hangs on the
+    // roundings of a test that tells nothing there.
+    assert!(met[2] > 0 && met[3] > 0, "{met:?}");
     for k in 3..7 {
         let [made, met @ ..] = needles(200, [k as f32, (k + 1) as f32]);
-        assert!(made > 150, "{made}");
-        let [e, o] = met.map(|m| 100.0 * f64::from(m) / f64::from(1000 * made));
+        let [.., e, o] = met.map(|m| 100.0 * f64::from(m) / f64::from(1000 * made));
         println!(
             "aspect 10^{k} to 10^{}: Embree {e:.3} %, obvhs {o:.3} % of {made} 000 rays",
             k + 1
@@ -131,7 +158,13 @@ fn cut(strips: usize) -> Scene {
 /// same, so that a darkening shows in the digits before it shows here; at 10⁵ it was 2·10⁻⁴.
 #[test]
 fn walls_of_slivers_are_as_bright_as_walls() {
-    let of = |n| super::by_length(&cut(n), 2, 1);
+    let of = |n| {
+        let mut scene = cut(n);
+        // As a render has them; the plan of some knows slivers.
+        let plan = Plan::make(&mut scene, &Options::default());
+        assert_eq!(plan.on(Effect::Slivers), n > 1);
+        super::by_length(&scene, 2, 1)
+    };
     let plain = of(1);
     let mut pairs = Vec::new();
     for n in [1000, 10_000] {

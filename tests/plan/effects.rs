@@ -66,9 +66,11 @@ const PARTS: [Part; 12] = [
         calls_for: &[Effect::Normals],
         ..NOTHING
     },
-    // On no surface.
+    // A needle; a material on no surface.
     Part {
-        world: r#"MakeNamedMaterial "spare" "string type" "conductor""#,
+        world: r#"MakeNamedMaterial "spare" "string type" "conductor"
+            Shape "trianglemesh" "point3 P" [ 0 0 0 1 0 0 0.4 0.0005 0 ]"#,
+        calls_for: &[Effect::Slivers],
         ..NOTHING
     },
     // A light that emits nothing, and a surface that is not there.
@@ -172,9 +174,9 @@ fn removing_the_last_cause_turns_an_effect_off() {
     assert_eq!(before.len(), Effect::ALL.len() - 1);
     for effect in Effect::ALL {
         let dependent: &[Effect] = match effect {
-            // How colour and the perturbations are simulated is no matter of the scene.
+            // How colour, slivers and the perturbations are simulated is no matter of the scene.
             Effect::Colour | Effect::Caustic | Effect::MultiChain => continue,
-            Effect::Alpha => continue,
+            Effect::Alpha | Effect::Slivers => continue,
             Effect::Specular => &GLASS,
             Effect::Indirect => &[Effect::Indirect, Effect::Caustic, Effect::MultiChain],
             _ => &[effect],

@@ -12,7 +12,24 @@ const DELTA: &[Effect] = &[Effect::Specular, Effect::Caustic, Effect::MultiChain
 const TEXTURES: &[Effect] = &[Effect::Textures];
 const NOTHING: &[Effect] = &[];
 
-const KINDS: [Kind; 30] = [
+const KINDS: [Kind; 33] = [
+    // Slivers: of aspect 1010, in an object too; of aspect 990 it is none.
+    (
+        "",
+        r#"Shape "trianglemesh" "point3 P" [ 0 0 0  101 0 0  30 0.1 0 ]"#,
+        &[Effect::Slivers],
+    ),
+    (
+        "",
+        r#"ObjectBegin "needle" Shape "trianglemesh" "point3 P" [ 0 0 0  0 101 0  0 30 0.1 ] ObjectEnd
+            ObjectInstance "needle""#,
+        &[Effect::Slivers],
+    ),
+    (
+        "",
+        r#"Shape "trianglemesh" "point3 P" [ 0 0 0  99 0 0  30 0.1 0 ]"#,
+        NOTHING,
+    ),
     // Colour: of a surface, of a metal, of a coat, of a lamp beside another, of a texture.
     (
         "",

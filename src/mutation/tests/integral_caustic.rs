@@ -7,7 +7,7 @@ use super::scenes::{BOX, Contents, OPEN, PLATE, POOL, Room, image_cell, with_roo
 use super::stats::Verdict;
 use crate::mutation::turn::turned;
 use crate::mutation::{CausticPerturbation, Strategy, Workspace};
-use crate::path::{Kind, Palette, Path, Pool, Tally, deflect, scatter_terms, trace_ray};
+use crate::path::{Kind, Palette, Path, Pool, Start, Tally, deflect, scatter_terms, trace_ray};
 use crate::sampling::Rng;
 use crate::scatter::{Frame, Mode, Transport};
 use crate::scene::spectrum::Spectrum;
@@ -28,7 +28,7 @@ pub(super) fn to_lens<const N: usize>(
     x: &Path<N>,
     pool: &Pool<N>,
     m: usize,
-    (mut o, mut w): (Vec3, Vec3),
+    (mut o, mut w): (Start, Vec3),
     tally: &mut Tally,
 ) -> Option<Seen> {
     let k = x.k();
@@ -122,7 +122,7 @@ fn caustic<const N: usize>(
             if far {
                 let side = Vec2::from_angle(phi as f32) * size as f32;
                 let q = through + Frame::from_normal(at.p).to_world(side.extend(0.0));
-                return (world.emitters.entry(at.p, q), -at.p);
+                return (Start::at(world.emitters.entry(at.p, q)), -at.p);
             }
             let w = turned(axis, size, phi);
             (world.leave(&at, at.p, w), w)
