@@ -5,14 +5,15 @@ use super::parse::positive;
 use crate::accel::record::{self, Kind};
 use crate::accel::{Embree, EmbreeOptions, Ray};
 use crate::output::{ImageError, check_writable, write_atomic};
-use crate::scene::Geometry;
 use crate::scene::flatten::flatten;
-use crate::scene::load::{LoadOptions, load_scene};
+use crate::scene::load::{LoadOptions, load_scene, load_str};
+use crate::scene::{Geometry, Scene};
 use crate::study::bench_accel::contender::Contender;
 use crate::study::bench_accel::machine::Machine;
 use crate::study::bench_accel::measure::{Clock, Patience};
 use crate::study::bench_accel::report::Report;
 use crate::study::bench_accel::sets::{RaySet, of_scene};
+use crate::study::bench_accel::thicket::Thicket;
 use crate::study::bench_accel::{BenchError, Plan, bench, peak_of_build, terrain};
 use clap::Args;
 use std::io::Write;
@@ -28,7 +29,7 @@ use std::time::Duration;
 #[derive(Args, Debug)]
 pub struct BenchAccelArgs {
     /// pbrt-v4 scene files
-    #[arg(required_unless_present_any = ["rays", "terrain"])]
+    #[arg(required_unless_present_any = ["rays", "terrain", "thicket"])]
     pub scenes: Vec<PathBuf>,
     /// Rays of an earlier run (--save-rays, or render --record-rays); the file holds its geometry too
     #[arg(long, value_name = "FILE")]
@@ -36,6 +37,9 @@ pub struct BenchAccelArgs {
     /// Hills of at least so many triangles, made on the spot, with random rays
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=200_000_000))]
     pub terrain: Vec<u32>,
+    /// A scene of instances, made on the spot: an object of 4·RINGS² triangles in so many places, GAP of its size apart
+    #[arg(long, value_name = "PLACES,RINGS,GAP")]
+    pub thicket: Vec<Thicket>,
     /// Write each set of rays with its geometry into this folder, as SCENE-SET.rays, for use in other engines
     #[arg(long, value_name = "DIR")]
     pub save_rays: Option<PathBuf>,
@@ -206,6 +210,7 @@ fn measured_peak(
         Input::Scene(path) => command.arg(path),
         Input::Rays(path) => command.arg("--rays").arg(path),
         Input::Terrain(n) => command.args(["--terrain", &n.to_string()]),
+        Input::Thicket(t) => command.args(["--thicket", &t.to_string()]),
     };
     let out = command.output().ok()?;
     String::from_utf8(out.stdout).ok()?.trim().parse().ok()
@@ -242,13 +247,15 @@ enum Input<'a> {
     Scene(&'a Path),
     Rays(&'a Path),
     Terrain(u32),
+    Thicket(Thicket),
 }
 
 fn inputs(args: &BenchAccelArgs) -> impl Iterator<Item = Input<'_>> {
     let scenes = args.scenes.iter().map(|p| Input::Scene(p));
     let rays = args.rays.iter().map(|p| Input::Rays(p));
     let terrains = args.terrain.iter().map(|n| Input::Terrain(*n));
-    scenes.chain(rays).chain(terrains)
+    let thickets = args.thicket.iter().map(|t| Input::Thicket(*t));
+    scenes.chain(rays).chain(terrains).chain(thickets)
 }
 
 /// Options of loading.
@@ -264,20 +271,21 @@ impl Input<'_> {
         match self {
             Self::Scene(path) | Self::Rays(path) => stem(path),
             Self::Terrain(n) => format!("terrain-{n}"),
+            Self::Thicket(t) => format!("thicket-{t}"),
         }
     }
 
     /// The geometry without rays.
     fn geometry(&self, args: &BenchAccelArgs) -> Result<Geometry, CliError> {
-        let lenient = args.lenient;
-        Ok(match self {
-            Self::Scene(path) => {
-                let mut scene = load_scene(path, &with(lenient))?;
-                if args.flatten {
-                    flatten(&mut scene, |_| true);
-                }
-                scene.geometry
+        let of = |mut scene: Scene| {
+            if args.flatten {
+                flatten(&mut scene, |_| true);
             }
+            scene.geometry
+        };
+        Ok(match self {
+            Self::Scene(path) => of(load_scene(path, &with(args.lenient))?),
+            Self::Thicket(t) => of(load_str(&t.text(), Path::new(""), &with(false))?),
             Self::Rays(path) => read_rays(path)?.0,
             Self::Terrain(n) => terrain::terrain(*n as usize),
         })
@@ -286,21 +294,20 @@ impl Input<'_> {
     fn read(&self, args: &BenchAccelArgs) -> Result<Work, CliError> {
         let count = args.count as usize;
         let mut flat = None;
-        let (geometry, sets) = match self {
-            Self::Scene(path) => {
-                let lenient = args.lenient;
-                let scene = load_scene(path, &with(lenient))?;
-                if args.flatten && !scene.geometry.instances.is_empty() {
-                    let mut copies = scene.clone();
-                    flatten(&mut copies, |_| true);
-                    flat = Some(copies.geometry);
-                }
-                let sets = {
-                    let embree = Embree::new(&scene.geometry, EmbreeOptions::default())?;
-                    of_scene(&scene, &embree, count)
-                };
-                (scene.geometry, sets)
+        let mut of = |scene: Scene| {
+            if args.flatten && !scene.geometry.instances.is_empty() {
+                let mut copies = scene.clone();
+                flatten(&mut copies, |_| true);
+                flat = Some(copies.geometry);
             }
+            let embree = Embree::new(&scene.geometry, EmbreeOptions::default())?;
+            let sets = of_scene(&scene, &embree, count);
+            drop(embree);
+            Ok::<_, CliError>((scene.geometry, sets))
+        };
+        let (geometry, sets) = match self {
+            Self::Scene(path) => of(load_scene(path, &with(args.lenient))?)?,
+            Self::Thicket(t) => of(load_str(&t.text(), Path::new(""), &with(false))?)?,
             Self::Rays(path) => {
                 let (geometry, rays) = read_rays(path)?;
                 (geometry, RaySet::split("recorded", &rays))

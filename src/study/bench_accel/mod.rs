@@ -7,6 +7,7 @@ mod page;
 pub mod report;
 pub mod sets;
 pub mod terrain;
+pub mod thicket;
 
 use crate::accel::EmbreeError;
 use crate::scene::Geometry;
