@@ -7,8 +7,11 @@ use glam::DVec3;
 use std::collections::HashMap;
 use std::f64::consts::PI;
 
-/// Most triangles a subdivided mesh may have.
+/// Most triangles a subdivided mesh may have; each takes about 140 bytes on the way.
 const MAX_TRIANGLES: usize = 1 << 26;
+/// Most of them from few triangles, and most from each of many: a short text does not ask for gigabytes.
+const FROM_FEW: usize = 1 << 20;
+const FROM_EACH: usize = 1 << 8;
 
 /// Reads a `loopsubdiv` shape and subdivides it.
 pub(super) fn loop_subdivision(p: &Params) -> Result<Mesh> {
@@ -30,11 +33,12 @@ pub(super) fn loop_subdivision(p: &Params) -> Result<Mesh> {
         .chunks_exact(3)
         .map(|c| [c[0], c[1], c[2]])
         .collect();
-    if triangles.len() << (2 * levels) > MAX_TRIANGLES {
+    let most = MAX_TRIANGLES.min(FROM_FEW.max(FROM_EACH * triangles.len()));
+    if triangles.len() << (2 * levels) > most {
         return Err(p
             .bad("levels")
             .found(format!("{} triangles", triangles.len() << (2 * levels)))
-            .expected(format!("at most {MAX_TRIANGLES}")));
+            .expected(format!("at most {most}")));
     }
     let mut positions = positions;
     for _ in 0..levels {
