@@ -37,7 +37,7 @@ pub struct BenchAccelArgs {
     /// Hills of at least so many triangles, made on the spot, with random rays
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=200_000_000))]
     pub terrain: Vec<u32>,
-    /// A scene of instances, made on the spot: an object of 4·RINGS² triangles in so many places, GAP of its size apart
+    /// A scene of instances, made on the spot: an object of some 4·RINGS² triangles in so many places, GAP of its size apart
     #[arg(long, value_name = "PLACES,RINGS,GAP")]
     pub thicket: Vec<Thicket>,
     /// Write each set of rays with its geometry into this folder, as SCENE-SET.rays, for use in other engines
