@@ -5,6 +5,11 @@
 //! `cli` and `study` stand beside the line and may look at all of it.
 #![warn(missing_docs)]
 #![deny(unsafe_code)]
+// Casts that are needed in f32.
+#![cfg_attr(
+    feature = "double",
+    allow(clippy::unnecessary_cast, clippy::useless_conversion)
+)]
 
 pub mod accel;
 pub mod chain;

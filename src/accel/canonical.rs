@@ -138,7 +138,7 @@ fn step_past(
     })
 }
 
-#[cfg(test)]
+#[cfg(all(test, not(feature = "double")))]
 mod tests {
     use super::super::Ray;
     use super::super::testing::{Rng, soup};

@@ -18,8 +18,10 @@ pub mod referee;
 pub mod spawn;
 pub mod surface;
 #[cfg(test)]
+#[cfg_attr(feature = "double", allow(dead_code))]
 mod testing;
-#[cfg(test)]
+// Of tracing, which is f32 in either build.
+#[cfg(all(test, not(feature = "double")))]
 mod tests;
 pub mod triangle;
 

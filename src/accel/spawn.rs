@@ -95,7 +95,7 @@ pub fn escapes<A: Accel>(accel: &A, p: Vec3, error: Real, ng: Vec3, d: Vec3) -> 
     })
 }
 
-#[cfg(test)]
+#[cfg(all(test, not(feature = "double")))]
 mod tests {
     use super::*;
 

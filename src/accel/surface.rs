@@ -322,7 +322,7 @@ fn angle(x: Real, y: Real) -> Real {
     if phi < 0.0 { phi + TAU } else { phi }
 }
 
-#[cfg(test)]
+#[cfg(all(test, not(feature = "double")))]
 mod tests {
     use super::super::testing::{Rng, geometry, soup};
     use super::*;

@@ -249,6 +249,7 @@ impl SpectralBuffer {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::real::Convert;
     use crate::scene::spectrum::{Lanes, Target};
     use crate::scene::{FilterKind, FilterSettings};
 
@@ -264,10 +265,11 @@ mod tests {
         let mut film = SpectralFilm::new(crop, bins);
         let n = 20_000;
         for i in 0..n {
-            let l = Lanes::<4>::with((i as f32 + 0.5) / n as f32, Target::Bins);
+            let l = Lanes::<4>::with(((i as f32 + 0.5) / n as f32).real(), Target::Bins);
             let nm = l.nm();
             // f = 2 at every wavelength, divided by a τ of 4 whose weight is handed back.
-            let lanes = (0..4).map(|k| (l.lambda[k], 2.0 * nm[k] / 4.0 / 470.0));
+            let lanes =
+                (0..4).map(|k| (l.lambda[k].single(), (2.0 * nm[k] / 4.0 / 470.0).single()));
             buffer.splat(Vec2::splat(0.5), lanes, 4.0).unwrap();
         }
         film.absorb(&mut buffer);

@@ -248,7 +248,7 @@ pub(super) mod tests {
             pass.run::<1, ()>(
                 until,
                 || (),
-                |_, s, rng, sum| sum.xyz[1] += f(s.raster, rng),
+                |_, s, rng, sum| sum.xyz[1] += f(s.raster.single(), rng),
                 |_| (),
             );
         }

@@ -253,7 +253,11 @@ mod tests {
     /// Every pixel gets its quota in every round, whatever the filter adds around the image.
     #[test]
     fn every_pixel_gets_its_quota_in_a_round() {
-        for (radius, size) in [(0.5f32, [37u64, 23u64]), (1.5, [20, 31]), (2.0, [24, 10])] {
+        for (radius, size) in [
+            (0.5 as Real, [37u64, 23u64]),
+            (1.5, [20, 31]),
+            (2.0, [24, 10]),
+        ] {
             let (lo, hi) = (
                 Vec2::splat(0.5 - radius),
                 Vec2::new(size[0] as Real, size[1] as Real) + radius - 0.5,

@@ -255,7 +255,7 @@ mod tests {
 
     /// A 4 × 2 image whose red says the column and whose green says the row.
     fn at(uv: [Real; 2], wrap: Wrap, point: bool) -> [Real; 3] {
-        let rgb = (0..8).map(|i| [(i % 4) as Real, (i / 4) as Real, 1.0]);
+        let rgb = (0..8).map(|i| [(i % 4) as f32, (i / 4) as f32, 1.0]);
         let image = Image {
             width: 4,
             height: 2,
@@ -264,8 +264,8 @@ mod tests {
         let map = ImageMap {
             image: 0,
             mapping: UvMapping {
-                scale: Vec2::ONE,
-                offset: Vec2::ZERO,
+                scale: glam::Vec2::ONE,
+                offset: glam::Vec2::ZERO,
             },
             wrap,
             point,

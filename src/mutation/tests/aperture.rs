@@ -10,13 +10,13 @@ use crate::chain::Direct;
 use crate::integrator::{Paths, radiance};
 use crate::mutation::{Bidirectional, Strategy, Workspace};
 use crate::path::{Ends, Kind, Palette, Path, Pool, Tally, Vertex, scatter, scatter_terms, trace};
+use crate::real::{Real, Vec2};
 use crate::sampling::Rng;
 use crate::scatter::{Mode, Transport};
 use crate::scene::spectrum::Spectrum;
-use glam::Vec2;
 
 /// Radius of the aperture in a room of side 1: a tenth of the light that falls on the wall behind it passes it.
-const WIDE: f32 = 0.35;
+const WIDE: Real = 0.35;
 
 fn cells(world: &Room, k: usize, raster: Vec2, weight: f64) -> [((usize, u32), f64); 2] {
     [
@@ -74,7 +74,7 @@ fn from_kept<const N: usize>(
         2 => {
             let (dir, inv_d2) = x0.towards(z);
             let le = world.emitters.radiance(world.scene, x0, dir);
-            (le * (x0.cos(dir) * z.cos(dir) * inv_d2) as f32, Some(-dir))
+            (le * (x0.cos(dir) * z.cos(dir) * inv_d2) as Real, Some(-dir))
         }
         _ => panic!("one or two vertices are kept"),
     };
@@ -117,7 +117,7 @@ fn from_kept<const N: usize>(
                 return;
             };
             let t = scatter_terms(&v, mode, next, -w);
-            beta *= t.fs * (v.cos(next) / t.pdf_e) as f32;
+            beta *= t.fs * (v.cos(next) / t.pdf_e) as Real;
             cur = v;
             w = next;
         }

@@ -9,6 +9,7 @@ use super::stats::{Compared, ENOUGH, Moments, Verdict};
 use crate::chain::{Chain, Direct, MltOptions, Setting, Shares};
 use crate::mutation::Strategy;
 use crate::mutation::falsify::{Density, FALSE};
+use crate::real::Real;
 use crate::sampling::Rng;
 use std::collections::BTreeMap;
 
@@ -127,7 +128,7 @@ pub(super) fn mixed(direct: Direct) -> MltOptions {
 /// image and between halves of the spectrum.
 pub(super) fn balanced<const N: usize>(
     contents: Contents,
-    aperture: f32,
+    aperture: Real,
     options: &MltOptions,
     least: f64,
 ) {
@@ -136,7 +137,7 @@ pub(super) fn balanced<const N: usize>(
 
 fn balanced_over<const N: usize>(
     contents: Contents,
-    aperture: f32,
+    aperture: Real,
     options: &MltOptions,
     samples: u64,
     least: f64,

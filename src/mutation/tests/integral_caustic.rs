@@ -8,10 +8,10 @@ use super::stats::Verdict;
 use crate::mutation::turn::turned;
 use crate::mutation::{CausticPerturbation, Strategy, Workspace};
 use crate::path::{Kind, Palette, Path, Pool, Start, Tally, deflect, scatter_terms, trace_ray};
+use crate::real::{Real, Vec2, Vec3};
 use crate::sampling::Rng;
 use crate::scatter::{Frame, Mode, Transport};
 use crate::scene::spectrum::Spectrum;
-use glam::{Vec2, Vec3};
 use std::f64::consts::PI;
 
 /// What a ray from x_m brings to the lens.
@@ -39,7 +39,7 @@ pub(super) fn to_lens<const N: usize>(
     } else {
         scatter_terms(start, Mode::NonSpecular, -x.links[m - 1].dir, w).fs
     };
-    f = f * start.cos(w) as f32;
+    f = f * start.cos(w) as Real;
     for j in 0..m {
         f *= x.links[j].fs;
     }
@@ -68,7 +68,7 @@ pub(super) fn to_lens<const N: usize>(
         let (to, inv_d2) = next.towards(lens);
         let cos = lens.cos(to);
         f *= scatter_terms(&next, Mode::NonSpecular, back, to).fs;
-        f = f * (next.cos(to) * cos * inv_d2 * world.lens.importance(cos)) as f32;
+        f = f * (next.cos(to) * cos * inv_d2 * world.lens.importance(cos)) as Real;
         let raster = world.lens.raster(lens.p, -to)?;
         if !world.lens.contains(raster) || !world.visible(&next, lens, tally) {
             return None;
@@ -99,7 +99,7 @@ pub(super) fn to_lens<const N: usize>(
 /// (kind of x_m, m, specular vertices).
 fn caustic<const N: usize>(
     contents: Contents,
-    aperture: f32,
+    aperture: Real,
     wanted: (Kind, usize, usize),
     least: f64,
 ) {
@@ -120,7 +120,7 @@ fn caustic<const N: usize>(
         let far = wanted.0 == Kind::Infinite;
         let ray = |size: f64, phi: f64| {
             if far {
-                let side = Vec2::from_angle(phi as f32) * size as f32;
+                let side = Vec2::from_angle(phi as Real) * size as Real;
                 let q = through + Frame::from_normal(at.p).to_world(side.extend(0.0));
                 return (Start::at(world.emitters.entry(at.p, q)), -at.p);
             }

@@ -9,9 +9,9 @@ use crate::mutation::multi_chain::TURN;
 use crate::mutation::turn::{angle, turned};
 use crate::mutation::{MultiChainPerturbation, Strategy, Workspace};
 use crate::path::{Path, Tally};
+use crate::real::{Convert, Real, Vec2};
 use crate::sampling::Rng;
 use crate::scatter::Mode;
-use glam::Vec2;
 use std::f64::consts::PI;
 
 /// Vertices between chains: those whose directions turn.
@@ -22,7 +22,7 @@ fn between<const N: usize>(x: &Path<N>, first: usize) -> impl Iterator<Item = us
 /// From a path of `k` edges whose first replaced vertex is `from`.
 fn multi_chain<const N: usize>(
     contents: Contents,
-    aperture: f32,
+    aperture: Real,
     k: usize,
     from: usize,
     least: f64,
@@ -51,7 +51,7 @@ fn multi_chain<const N: usize>(
             |r, x, ws, _| {
                 if let Some(r) = r {
                     // The density of y in the measure of raster points and turned directions.
-                    let d2 = (ws.y.raster - at).as_dvec2().length_squared();
+                    let d2 = (ws.y.raster - at).double().length_squared();
                     let mut density = 1.0 / (2.0 * PI * d2 * spread);
                     for i in between(x, from) {
                         let theta = angle(x.links[i - 1].dir, ws.y.links[i - 1].dir);
@@ -72,8 +72,8 @@ fn multi_chain<const N: usize>(
         let measure = PI * (outer - inner) * (2.0 * PI * (narrow - wide)).powi(turns);
         for i in 0..n {
             rng.set_step(i);
-            let r = (inner + (outer - inner) * rng.next_f64()).sqrt() as f32;
-            let raster = at + Vec2::from_angle(2.0 * PI as f32 * rng.next_f32()) * r;
+            let r = (inner + (outer - inner) * rng.next_f64()).sqrt() as Real;
+            let raster = at + Vec2::from_angle(2.0 * PI as Real * rng.next_f32()) * r;
             let turn = |w| {
                 let theta = (narrow + (wide - narrow) * rng.next_f64()).acos();
                 turned(w, theta, 2.0 * PI * rng.next_f64())

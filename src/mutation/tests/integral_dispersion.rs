@@ -9,6 +9,7 @@ use super::stats::Verdict;
 use crate::mutation::dispersion::Form;
 use crate::mutation::{Strategy, Workspace};
 use crate::path::{Path, Pool, Tally};
+use crate::real::Real;
 use crate::scene::spectrum::Lanes;
 
 /// x with its vertices where they are, at other wavelengths.
@@ -40,7 +41,7 @@ fn dispersion<const N: usize>(
         let mut x = find(world, &mut ws, |x, pool| wanted(Form::of(x, pool)));
         let (mut sums, mut expected, mut now) =
             (Regions::default(), Regions::default(), Vec::new());
-        let cell = |u: f32| [(3, (u * 8.0) as u32), (0, 0)];
+        let cell = |u: Real| [(3, (u * 8.0) as u32), (0, 0)];
         let n = 200_000;
         proposals(
             world,
@@ -56,7 +57,7 @@ fn dispersion<const N: usize>(
         let mut tally = Tally::default();
         let here = tau(world, &x, &ws.pool, &mut tally).expect("x itself");
         for i in 0..n {
-            let lanes = Lanes::new((i as f32 + 0.5) / n as f32);
+            let lanes = Lanes::new((i as Real + 0.5) / n as Real);
             let (y, pool) = at(world, &x, &ws.pool, lanes);
             if let Some(t) = tau(world, &y, &pool, &mut tally).filter(|t| *t > 0.0) {
                 now.extend(cell(lanes.u).map(|c| (c, t / here)));

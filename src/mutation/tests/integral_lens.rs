@@ -6,10 +6,10 @@ use super::scenes::{BOX, Contents, GLASS, GLOSSY, OPEN, Room, image_cell, with_r
 use super::stats::Verdict;
 use crate::mutation::{LensPerturbation, Strategy, Workspace};
 use crate::path::{Emitters, Palette, Path, Pool, Tally, Vertex, deflect, scatter_terms, trace};
+use crate::real::{Convert, Real, Vec2, Vec3};
 use crate::sampling::Rng;
 use crate::scatter::{Mode, Transport};
 use crate::scene::spectrum::{Lanes, Spectrum};
-use glam::{Vec2, Vec3};
 use std::f64::consts::PI;
 
 /// τ of what is seen at `raster` through the specular chains of x and lit by x's kept part, formed as a path tracer does.
@@ -42,7 +42,7 @@ pub(super) fn through_chains<const N: usize>(
                 deflect(&next, back, x.links[i].mode, Transport::FromEye)?
             };
             let t = scatter_terms(&next, x.links[i].mode, w, back);
-            f *= t.fs * next.cos(w) as f32;
+            f *= t.fs * next.cos(w) as Real;
         } else if first == 0 {
             f *= world.emitters.radiance(world.scene, &next, back);
         } else {
@@ -55,7 +55,7 @@ pub(super) fn through_chains<const N: usize>(
                 let w_l = -x.links[first - 2].dir;
                 scatter_terms(from, Mode::NonSpecular, w_l, -to_light).fs
             };
-            f = f * (next.cos(to_light) * from.cos(to_light) * inv_d2) as f32;
+            f = f * (next.cos(to_light) * from.cos(to_light) * inv_d2) as Real;
             if !world.visible(&next, from, tally) {
                 return None;
             }
@@ -66,7 +66,7 @@ pub(super) fn through_chains<const N: usize>(
         f *= x.links[j].fs;
     }
     if dispersive && N > 1 {
-        f = Spectrum::from_fn(|i| if i == 0 { f[0] * N as f32 } else { 0.0 });
+        f = Spectrum::from_fn(|i| if i == 0 { f[0] * N as Real } else { 0.0 });
     }
     Some(f.dot(x.lanes.target) as f64).filter(|_| first > 0 || Emitters::can_be_hit(&cur))
 }
@@ -75,7 +75,7 @@ pub(super) fn through_chains<const N: usize>(
 /// likes.
 fn lens<const N: usize>(
     contents: Contents,
-    aperture: f32,
+    aperture: Real,
     specular: usize,
     from: fn(usize) -> bool,
     least: f64,
@@ -109,7 +109,7 @@ fn lens<const N: usize>(
             |r, _, ws, _| {
                 if let Some(r) = r {
                     // The density of y in the raster measure.
-                    let d2 = (ws.y.raster - at).as_dvec2().length_squared();
+                    let d2 = (ws.y.raster - at).double().length_squared();
                     let density = 1.0 / (2.0 * PI * d2 * spread);
                     now.extend(cell(ws.y.raster).map(|c| (c, r / density)));
                 }
@@ -123,8 +123,8 @@ fn lens<const N: usize>(
         let (inner, outer) = ((r2 * (-spread).exp()).powi(2), r2 * r2);
         for i in 0..600_000 {
             rng.set_step(i);
-            let r = (inner + (outer - inner) * rng.next_f64()).sqrt() as f32;
-            let raster = at + Vec2::from_angle(2.0 * PI as f32 * rng.next_f32()) * r;
+            let r = (inner + (outer - inner) * rng.next_f64()).sqrt() as Real;
+            let raster = at + Vec2::from_angle(2.0 * PI as Real * rng.next_f32()) * r;
             if world.lens.contains(raster)
                 && let Some(t) =
                     through_chains(world, &x, &ws.pool, first, raster, |w| w, &mut tally)
@@ -170,7 +170,7 @@ fn wavelength_mutations_integrate_the_spectrum() {
         });
         let (mut sums, mut expected, mut now) =
             (Regions::default(), Regions::default(), Vec::new());
-        let cell = |u: f32| [(3, (u * 8.0) as u32)];
+        let cell = |u: Real| [(3, (u * 8.0) as u32)];
         proposals(
             world,
             Strategy::Wavelength,
@@ -184,7 +184,7 @@ fn wavelength_mutations_integrate_the_spectrum() {
         );
         let n = 300_000;
         for i in 0..n {
-            let lanes = Lanes::new((i as f32 + 0.5) / n as f32);
+            let lanes = Lanes::new((i as Real + 0.5) / n as Real);
             let mut f = Spectrum::ONE;
             for j in 0..x.k() {
                 let v = ws.pool.get(x.links[j].slot).at_wavelengths(

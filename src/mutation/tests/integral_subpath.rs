@@ -6,10 +6,10 @@ use super::scenes::{BOX, Contents, GLASS, GLOSSY, POOL, Room, image_cell, with_r
 use super::stats::Verdict;
 use crate::mutation::{LensSubpath, Strategy, Workspace};
 use crate::path::{Kind, Palette, Path, Pool, Tally, Vertex, deflect, scatter_terms, trace};
+use crate::real::{Real, Vec3};
 use crate::sampling::Rng;
 use crate::scatter::{Mode, Transport};
 use crate::scene::spectrum::Spectrum;
-use glam::Vec3;
 
 /// Where a camera ray has come: the last vertex, the direction it leaves it in, the spectrum so far, its number of edges
 /// at the next vertex, and whether a vertex was dispersive.
@@ -54,10 +54,10 @@ fn joined<const N: usize>(
         } else {
             scatter_terms(before, Mode::NonSpecular, -x.links[first - 2].dir, -to).fs
         };
-        let mut f = ray.f * here * there * (v.cos(to) * before.cos(to) * inv_d2) as f32;
+        let mut f = ray.f * here * there * (v.cos(to) * before.cos(to) * inv_d2) as Real;
         x.links[..first - 1].iter().for_each(|l| f *= l.fs);
         if dispersive && N > 1 {
-            f = Spectrum::from_fn(|i| if i == 0 { f[0] * N as f32 } else { 0.0 });
+            f = Spectrum::from_fn(|i| if i == 0 { f[0] * N as Real } else { 0.0 });
         }
         let k = first + ray.edges;
         add(k, &v, f.dot(x.lanes.target) as f64);
@@ -69,7 +69,7 @@ fn joined<const N: usize>(
                 let on = Ray {
                     from: v,
                     w,
-                    f: ray.f * f * v.cos(w) as f32,
+                    f: ray.f * f * v.cos(w) as Real,
                     edges: ray.edges + 1,
                     dispersive,
                 };
@@ -80,7 +80,7 @@ fn joined<const N: usize>(
 }
 
 /// From a path of `k` edges whose first replaced vertex is `first`.
-fn subpath<const N: usize>(contents: Contents, aperture: f32, k: usize, first: usize, least: f64) {
+fn subpath<const N: usize>(contents: Contents, aperture: Real, k: usize, first: usize, least: f64) {
     with_room(contents, aperture, 6, |world| {
         let mut ws = Workspace::<N>::new(world.max_edges);
         let mut x = find(world, &mut ws, |x, pool| {

@@ -2,11 +2,11 @@
 
 use crate::accel::{Embree, EmbreeOptions};
 use crate::path::{Heuristic, Path, Pool, Sampler, Tally, World};
+use crate::real::{Real, Vec2};
 use crate::sampling::Rng;
 use crate::scatter::Mode;
 use crate::scene::load::{LoadOptions, load_str};
 use crate::scene::spectrum::Lanes;
-use glam::Vec2;
 
 /// What the suite runs on.
 pub(super) type Room<'a> = World<'a, Embree<'a>>;
@@ -130,7 +130,7 @@ Shape "trianglemesh" "point3 P" [ -0.01 0.3 -0.01  -0.01 0.3 1.01  1.01 0.3 1.01
 };
 
 /// A unit box whose walls are coloured, with a lamp under its ceiling.
-fn text(contents: Contents, aperture: f32) -> String {
+fn text(contents: Contents, aperture: Real) -> String {
     let inside = contents.inside;
     let ceiling = if contents.ceiling { "4 5 6 4 6 7" } else { "" };
     format!(
@@ -161,7 +161,7 @@ AttributeEnd
 /// Calls `f` with a room; paths have at most `max_edges` edges.
 pub(super) fn with_room<R>(
     contents: Contents,
-    aperture: f32,
+    aperture: Real,
     max_edges: usize,
     f: impl FnOnce(&Room) -> R,
 ) -> R {

@@ -5,6 +5,7 @@ use super::scenes::{Cell, FAMILIES, GLASS, Room, Seeds, image_cell, with_room};
 use super::stats::{Compared, ENOUGH, Moments, Verdict};
 use crate::chain::{Chain, Direct, MltOptions, Setting, Shares};
 use crate::path::{Heuristic, Sampler, Tally};
+use crate::real::Convert;
 use crate::sampling::Rng;
 use crate::scene::spectrum::Lanes;
 use std::collections::BTreeMap;
@@ -85,7 +86,7 @@ fn runs(world: &Room, weighted: bool) -> Sums {
         let unit = weight / STEPS as f64;
         let mut splats = [0.0f64; 4];
         let mut splat = |s: crate::chain::Splat| {
-            splats[image_cell(world, s.raster) as usize] += s.weight as f64;
+            splats[image_cell(world, s.raster.real()) as usize] += s.weight as f64;
         };
         for _ in 0..STEPS {
             chain.step(&set, &mut splat);

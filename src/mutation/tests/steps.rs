@@ -7,8 +7,8 @@ use super::scenes::{
 use crate::chain::Direct;
 use crate::mutation::{Context, Strategy, Wavelength, Workspace};
 use crate::path::{Path, Pool, Tally};
+use crate::real::{Real, Vec3};
 use crate::sampling::Rng;
-use glam::Vec3;
 
 /// A walk by one strategy after another; `f` looks at each proposal: (strategy, x, y, the context, the workspace,
 /// its ratio) before it is decided on.
@@ -185,7 +185,7 @@ fn same<const N: usize>(x: &Path<N>, y: &Path<N>) {
 }
 
 /// Densities on the way against densities from scratch, and the ratio of the way back.
-pub(super) fn proposals_agree<const N: usize>(contents: Contents, aperture: f32, direct: Direct) {
+pub(super) fn proposals_agree<const N: usize>(contents: Contents, aperture: Real, direct: Direct) {
     with_room(contents, aperture, 6, |world| {
         let mut seen = [0u64; Strategy::ALL.len()];
         let accepted = walk::<N>(world, direct, 150_000, |s, ctx| {

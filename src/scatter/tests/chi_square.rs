@@ -1,6 +1,7 @@
 //! Sampled directions are counted in bins over the sphere and held against the integral of the density over each bin.
 
 use super::*;
+use crate::real::{Convert, Real};
 use crate::sampling::{Rng, warp};
 use crate::scatter::Mode;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -25,11 +26,11 @@ const GAUSS: [(f64, f64); 5] = [
 
 fn direction(z: f64, phi: f64) -> Vec3 {
     let r = (1.0 - z * z).max(0.0).sqrt();
-    Vec3::new((r * phi.cos()) as f32, (r * phi.sin()) as f32, z as f32)
+    Vec3::new((r * phi.cos()) as Real, (r * phi.sin()) as Real, z as Real)
 }
 
 /// ∫ f dω over a cell (z, φ) by a Gauss product rule.
-fn gauss(f: &impl Fn(Vec3) -> f32, z: (f64, f64), phi: (f64, f64)) -> f64 {
+fn gauss(f: &impl Fn(Vec3) -> Real, z: (f64, f64), phi: (f64, f64)) -> f64 {
     let (hz, hp) = (0.5 * (z.1 - z.0), 0.5 * (phi.1 - phi.0));
     let mut s = 0.0;
     for (a, wa) in GAUSS {
@@ -42,7 +43,7 @@ fn gauss(f: &impl Fn(Vec3) -> f32, z: (f64, f64), phi: (f64, f64)) -> f64 {
 }
 
 /// As [`gauss`], halved along whichever side changes the result more until neither does.
-fn integrate(f: &impl Fn(Vec3) -> f32, z: (f64, f64), phi: (f64, f64), depth: u32) -> f64 {
+fn integrate(f: &impl Fn(Vec3) -> Real, z: (f64, f64), phi: (f64, f64), depth: u32) -> f64 {
     let (mz, mp) = (0.5 * (z.0 + z.1), 0.5 * (phi.0 + phi.1));
     let whole = gauss(f, z, phi);
     let by_z = gauss(f, (z.0, mz), phi) + gauss(f, (mz, z.1), phi);
@@ -64,7 +65,7 @@ fn integrate(f: &impl Fn(Vec3) -> f32, z: (f64, f64), phi: (f64, f64), depth: u3
 fn count<const N: usize>(bsdf: &Bsdf<N>, from: Vec3, dir: Transport) -> Vec<u32> {
     let mut count = vec![0u32; NZ * NPHI + 1];
     // Every transport and number of lanes draws its own numbers.
-    let mut rng = Rng::new(9, dir as u32, N as u32, from.z.to_bits());
+    let mut rng = Rng::new(9, dir as u32, N as u32, from.z.single().to_bits());
     for _ in 0..SAMPLES {
         let bin = match bsdf.sample(from, dir, rng.next_f32(), rng.next_vec2()) {
             Some(s) if s.mode == Mode::NonSpecular => {
@@ -164,7 +165,7 @@ fn samples_follow_the_density_from_both_ends_with_one_lane_and_four() {
 
 #[test]
 fn a_density_five_per_cent_too_rough_is_found_out() {
-    let make = |a: f32| {
+    let make = |a: Real| {
         Bsdf::<1>::RoughConductor(RoughConductor {
             index: silver(),
             ggx: ggx((a, a)),

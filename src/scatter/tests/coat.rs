@@ -1,6 +1,7 @@
 //! The coated base against a random walk through the layers it sums up in closed form.
 
 use super::*;
+use crate::real::Real;
 use crate::sampling::{Rng, warp};
 use crate::scatter::coat_table::{THICKNESS, smooth_return};
 
@@ -13,7 +14,7 @@ fn absorb(w: Vec3) -> f64 {
 }
 
 /// The coat alone as an interface: new direction and weight of a particle that comes along `from`.
-fn interface(eta: f32, ggx: Option<Ggx>, from: Vec3, rng: &mut Rng) -> Option<(Vec3, f64)> {
+fn interface(eta: Real, ggx: Option<Ggx>, from: Vec3, rng: &mut Rng) -> Option<(Vec3, f64)> {
     let bsdf = match ggx {
         None => Bsdf::<1>::Dielectric(Dielectric {
             eta,
@@ -36,7 +37,7 @@ fn interface(eta: f32, ggx: Option<Ggx>, from: Vec3, rng: &mut Rng) -> Option<(V
 /// Energy that leaves after at least one and at most `most` meetings with the base, by bins of cos θ, with variances of
 /// the means.
 fn walk(
-    eta: f32,
+    eta: Real,
     ggx: Option<Ggx>,
     albedo: f64,
     from: Vec3,
@@ -62,7 +63,7 @@ fn walk(
             weight *= k;
             w = to;
             if w.z > 0.0 {
-                let bin = ((w.z * BINS as f32) as usize).min(BINS - 1);
+                let bin = ((w.z * BINS as Real) as usize).min(BINS - 1);
                 sum[bin] += weight;
                 squares[bin] += weight * weight;
             }
@@ -78,13 +79,13 @@ fn walk(
 }
 
 /// The same from the closed form: f_s of the base is that of the coated lobe less that over a black base.
-fn closed_form(eta: f32, ggx: Option<Ggx>, albedo: f32, from: Vec3) -> [f64; BINS] {
-    let lobe = |a: f32| CoatedDiffuse::<1>::new(Spectrum([a]), eta, ggx, false);
+fn closed_form(eta: Real, ggx: Option<Ggx>, albedo: Real, from: Vec3) -> [f64; BINS] {
+    let lobe = |a: Real| CoatedDiffuse::<1>::new(Spectrum([a]), eta, ggx, false);
     let (full, black) = (lobe(albedo), lobe(0.0));
     const PER_BIN: usize = 400;
     let mut sum = [0.0; BINS];
     for i in 0..BINS * PER_BIN {
-        let z = (i as f32 + 0.5) / (BINS * PER_BIN) as f32;
+        let z = (i as Real + 0.5) / (BINS * PER_BIN) as Real;
         // Across the plane of incidence, where the coat's own lobe is faint and the difference keeps its digits; the
         // base's light has no preferred azimuth.
         let to = Vec3::new(0.0, (1.0 - z * z).sqrt(), z.copysign(from.z));
@@ -107,7 +108,7 @@ fn closed_form_equals_the_random_walk() {
     ] {
         let ggx = alpha.map(|a| ggx((a, a)));
         for albedo in [0.2, 0.8] {
-            for cos in [0.95f32, 0.25] {
+            for cos in [0.95 as Real, 0.25] {
                 let from = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
                 let (mean, var) = walk(eta, ggx, f64::from(albedo), from, 1000, n);
                 let want = closed_form(eta, ggx, albedo, from);

@@ -1,6 +1,7 @@
 //! No lobe makes light, and the light that single-scattering facets lose is stated.
 
 use super::*;
+use crate::real::Real;
 use crate::sampling::Rng;
 use crate::scatter::Mode;
 
@@ -76,7 +77,7 @@ fn quadrature(bsdf: &Bsdf<1>, from: Vec3) -> f64 {
         for j in 0..nphi {
             let phi = (f64::from(j) + 0.5) / f64::from(nphi) * std::f64::consts::TAU;
             let r = (1.0 - z * z).sqrt();
-            let to = Vec3::new((r * phi.cos()) as f32, (r * phi.sin()) as f32, z as f32);
+            let to = Vec3::new((r * phi.cos()) as Real, (r * phi.sin()) as Real, z as Real);
             sum += f64::from(bsdf.eval(from, to)[0]) * z.abs();
         }
     }
@@ -104,7 +105,7 @@ fn sampling_and_quadrature_agree_on_the_albedo() {
 /// Albedo of white rough lobes: α, |cos θ|, metal of reflectance 1, glass of index 1.5 from outside and from inside.
 /// One minus these is what a furnace loses to light that would meet a second facet. The metal at α = 1 and normal
 /// incidence has the closed form 1 − ln 2.
-const FURNACE: [(f32, f32, [f64; 3]); 9] = [
+const FURNACE: [(Real, Real, [f64; 3]); 9] = [
     (0.1, 1.0, [0.988, 0.999, 0.989]),
     (0.1, 0.5, [0.969, 0.992, 0.963]),
     (0.1, 0.1, [0.884, 0.922, 0.864]),

@@ -1,19 +1,19 @@
 //! From material to lobe.
 
 use super::*;
+use crate::real::{Convert, Real, Vec2};
 use crate::scatter::mix::resolve_in;
 use crate::scatter::{Mode, shade_material};
 use crate::scene::Material;
 use crate::scene::material::{ConductorFresnel, Roughness};
 use crate::scene::spectrum::{Curve, Lanes};
 use crate::scene::texture::{FloatTexture, SpectrumTexture};
-use glam::Vec2;
 use std::sync::Arc;
 
 fn lanes<const N: usize>() -> Lanes<N> {
     Lanes {
         u: 0.5,
-        lambda: std::array::from_fn(|i| 450.0 + 60.0 * i as f32),
+        lambda: std::array::from_fn(|i| 450.0 + 60.0 * i as Real),
         xyz: [Spectrum::ZERO; 3],
         target: Spectrum::ZERO,
     }
@@ -32,10 +32,10 @@ fn of(m: &Material) -> Bsdf<4> {
 }
 
 /// f(λ) at 360, 361 … 830 nm.
-fn table(f: impl Fn(f32) -> f32) -> Curve {
+fn table(f: impl Fn(Real) -> Real) -> Curve {
     Curve::Table {
         scale: 1.0,
-        table: Arc::new((0..471).map(|i| f(360.0 + i as f32)).collect()),
+        table: Arc::new((0..471).map(|i| f(360.0 + i as Real).single()).collect()),
     }
 }
 
@@ -117,7 +117,7 @@ fn albedo_is_held_below_one() {
         reflectance: SpectrumTexture::Constant(Curve::Constant(1.5)),
     };
     let f = of(&m).eval(Vec3::Z, Vec3::Z)[0];
-    assert_eq!(f, std::f32::consts::FRAC_1_PI);
+    assert_eq!(f, crate::real::consts::FRAC_1_PI);
 }
 
 #[test]
@@ -135,7 +135,7 @@ fn mixes_come_down_to_one_material_in_the_stated_share() {
     let n = 40_000;
     let mut ones = 0;
     for i in 0..n {
-        let p = Vec3::new(i as f32 * 0.01, 1.0, -2.0);
+        let p = Vec3::new(i as Real * 0.01, 1.0, -2.0);
         let leaf = resolve_in(&materials, &[], 3, Vec2::ZERO, p);
         assert!(leaf < 2);
         assert_eq!(leaf, resolve_in(&materials, &[], 3, Vec2::ZERO, p));

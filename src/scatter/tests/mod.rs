@@ -15,14 +15,14 @@ use super::ggx::Ggx;
 use super::rough_dielectric::RoughDielectric;
 use super::thin_dielectric::ThinDielectric;
 use super::{Bsdf, Transport};
+use crate::real::{Real, Vec3};
 use crate::scene::spectrum::Spectrum;
-use glam::Vec3;
 
 /// Both ends a sub-path may come from.
 const BOTH: [Transport; 2] = [Transport::FromEye, Transport::FromLight];
 
 /// α pairs of the rough lobes, from nearly smooth to the end of the range.
-const ALPHAS: [(f32, f32); 5] = [
+const ALPHAS: [(Real, Real); 5] = [
     (0.02, 0.02),
     (0.1, 0.1),
     (0.3, 0.3),
@@ -31,15 +31,15 @@ const ALPHAS: [(f32, f32); 5] = [
 ];
 
 /// Indices of the dielectrics, one with the denser medium outside.
-const ETAS: [f32; 3] = [1.5, 1.0 / 1.5, 2.4];
+const ETAS: [Real; 3] = [1.5, 1.0 / 1.5, 2.4];
 
-fn ggx((x, y): (f32, f32)) -> Ggx {
+fn ggx((x, y): (Real, Real)) -> Ggx {
     Ggx::new(x, y).expect("rough")
 }
 
 /// Lanes that differ, so that a lane taken for another shows.
-fn ramp<const N: usize>(first: f32, step: f32) -> Spectrum<N> {
-    Spectrum::from_fn(|i| first + step * i as f32)
+fn ramp<const N: usize>(first: Real, step: Real) -> Spectrum<N> {
+    Spectrum::from_fn(|i| first + step * i as Real)
 }
 
 fn silver<const N: usize>() -> Index<N> {
@@ -127,14 +127,14 @@ fn directions() -> [Vec3; 5] {
         (-0.55, 1.0),
         (-0.97, 4.0),
     ]
-    .map(|(z, phi): (f32, f32)| {
+    .map(|(z, phi): (Real, Real)| {
         let r = (1.0 - z * z).max(0.0).sqrt();
         Vec3::new(r * phi.cos(), r * phi.sin(), z)
     })
 }
 
 /// (n_l/n_e)² of a pair: turns f_s for radiance into f_s for basic radiance L/n².
-fn basic<const N: usize>(bsdf: &Bsdf<N>, w_l: Vec3, w_e: Vec3) -> f32 {
+fn basic<const N: usize>(bsdf: &Bsdf<N>, w_l: Vec3, w_e: Vec3) -> Real {
     let eta = match bsdf {
         Bsdf::Dielectric(d) => d.eta,
         Bsdf::RoughDielectric(d) => d.eta,

@@ -1,6 +1,7 @@
 //! f_s(l → e)·n_l² = f_s(e → l)·n_e², and its like for delta lobes (Veach, eq. 5.14).
 
 use super::*;
+use crate::real::Real;
 use crate::sampling::{Rng, warp};
 use crate::scatter::Mode;
 
@@ -29,7 +30,7 @@ fn non_specular_lobes_are_reciprocal() {
                 // changes D by 4·16 ε/α at most, α ≥ 0.02, and T, in proportion to the cosine c of the flatter ray at
                 // the facet, by 16 ε/c².
                 let tolerance =
-                    16.0 * f64::from(f32::EPSILON) * (4.0 / 0.02 + 1.0 / flatter(bsdf, a, b));
+                    16.0 * f64::from(Real::EPSILON) * (4.0 / 0.02 + 1.0 / flatter(bsdf, a, b));
                 assert!(
                     (p - q).abs() <= tolerance * p.max(q) + 1e-7,
                     "{name}: {a} {b}: {p} {q}"

@@ -1,9 +1,9 @@
 //! Delta lobes: values, probabilities, the pairing of directions, the Jacobian; and rough lobes as they get smooth.
 
 use super::*;
+use crate::real::{Real, Vec2};
 use crate::sampling::{Rng, warp};
 use crate::scatter::{Mode, fresnel};
-use glam::Vec2;
 
 const MODES: [Mode; 2] = [Mode::Reflect, Mode::Transmit];
 
@@ -20,7 +20,7 @@ fn deflecting_twice_returns() {
                         continue;
                     };
                     // sin θ is exact to ε; the angle loses 1/cos of either side.
-                    let tolerance = 4.0 * f32::EPSILON / w.z.abs().min(t.z.abs());
+                    let tolerance = 4.0 * Real::EPSILON / w.z.abs().min(t.z.abs());
                     let Some(back) = bsdf.deflect(t, mode, dir) else {
                         assert!(w.z.abs() < 2e-3 || t.z.abs() < 2e-3, "{name} {w}");
                         continue;
@@ -102,7 +102,7 @@ fn jacobian_is_the_ratio_of_solid_angles() {
                 // Area of the image of a small square around w_e, by central differences in a tangent frame.
                 let frame = crate::scatter::Frame::from_normal(w_e);
                 let h = 1e-2;
-                let at = |x: f32, y: f32| {
+                let at = |x: Real, y: Real| {
                     let w = (w_e + frame.x * x + frame.y * y).normalize();
                     bsdf.deflect(w, mode, BOTH[0]).unwrap()
                 };
@@ -111,7 +111,7 @@ fn jacobian_is_the_ratio_of_solid_angles() {
                 let got = dx.cross(dy).length();
                 // Truncation h²·(third derivatives, about 1/cos⁴ of either ray); rounding ε/h.
                 let c = w_e.z.abs().min(w_l.z.abs());
-                let tolerance = h * h * (1.0 + 1.0 / c.powi(4)) + 4.0 * f32::EPSILON / h;
+                let tolerance = h * h * (1.0 + 1.0 / c.powi(4)) + 4.0 * Real::EPSILON / h;
                 assert!(
                     (got / want - 1.0).abs() < tolerance,
                     "{name} {mode:?} {w_e}: {got} {want}"
@@ -122,7 +122,7 @@ fn jacobian_is_the_ratio_of_solid_angles() {
 }
 
 /// Mean weight and mean direction of the non-specular samples that go to the side of `to`.
-fn towards<const N: usize>(bsdf: &Bsdf<N>, from: Vec3, to: Vec3) -> (f32, Vec3) {
+fn towards<const N: usize>(bsdf: &Bsdf<N>, from: Vec3, to: Vec3) -> (Real, Vec3) {
     let mut rng = Rng::new(4, 0, 0, 0);
     let n = 20_000;
     let (mut sum, mut mean) = (0.0, Vec3::ZERO);
@@ -135,7 +135,7 @@ fn towards<const N: usize>(bsdf: &Bsdf<N>, from: Vec3, to: Vec3) -> (f32, Vec3) 
             mean += s.to;
         }
     }
-    (sum / n as f32, mean.normalize())
+    (sum / n as Real, mean.normalize())
 }
 
 #[test]

@@ -230,7 +230,7 @@ mod tests {
 
     #[test]
     fn metals_reflect_as_metals_do() {
-        let r = |m: &str, nm: f32| {
+        let r = |m: &str, nm: crate::real::Real| {
             let n = named(&format!("metal-{m}-eta")).unwrap().at(nm);
             let k = named(&format!("metal-{m}-k")).unwrap().at(nm);
             ((n - 1.0).powi(2) + k * k) / ((n + 1.0).powi(2) + k * k)

@@ -216,7 +216,7 @@ pub(super) fn rgb_of(s: &Sigmoid) -> [f64; 3] {
 }
 
 #[cfg(test)]
-fn light_at(l: f32) -> f64 {
+fn light_at(l: Real) -> f64 {
     super::Curve::Table {
         scale: 1.0,
         table: d65(),

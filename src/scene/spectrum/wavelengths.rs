@@ -156,7 +156,7 @@ mod tests {
             .sum();
         // Midpoint rule of a smooth bell: the f32 rounding of each term dominates.
         assert!((sum - 1.0).abs() < 1e-5, "{sum}");
-        for l in [360.0_f32, 400.0, 538.0, 700.0, 829.0] {
+        for l in [360.0 as Real, 400.0, 538.0, 700.0, 829.0] {
             // du/dλ is smallest at the red end (2e-4): one ulp of u near 1 is 6e-8/2e-4 nm there.
             assert!((visible(visible_cdf(l)).0 - l).abs() < 2e-3, "{l}");
         }
@@ -203,7 +203,7 @@ mod tests {
 
     #[test]
     fn splats_are_bounded_by_the_mix() {
-        let mut worst = 0.0f32;
+        let mut worst: Real = 0.0;
         for j in 0..10_000 {
             let l = Lanes::<1>::new(j as Real / 10_000.0);
             assert!(l.target[0] > 0.0);
