@@ -3,7 +3,7 @@ CARGO ?= cargo
 
 SCENE ?= scenes/ajar/ajar.pbrt
 
-.PHONY: all render study test test-long try-engines bench replay lint deps clean
+.PHONY: all render study verify-double test test-long try-engines bench replay lint deps clean
 
 all: deps
 	$(CARGO) build --release
@@ -27,12 +27,30 @@ $(STUDIES): study/%: all
 	target/release/metrolux study scenes/$*.pbrt -o out/study/$(notdir $*) --budget $(STUDY_BUDGET) $(STUDY_OPTIONS) \
 		-- --resolution $(if $(findstring ajar,$*),128x72,96x96) $(STUDY_RENDER)
 
+# By how much f32 deviates from f64 on each scene, in out/double: steps of the one build made again by the other.
+DOUBLE = target/double/release/metrolux
+DOUBLE_STEPS ?= 1000
+DOUBLE_OPTIONS ?=
+DOUBLE_SCENES = ajar/ajar caustic/caustic-x1 cornell/cornell cornell-glass/cornell-glass furnace/four-points pool/pool prism/prism
+
+.PHONY: $(DOUBLE)
+$(DOUBLE): deps
+	$(CARGO) build --release --features double --target-dir target/double
+
+verify-double: all $(DOUBLE)
+	mkdir -p out/double
+	for s in $(DOUBLE_SCENES); do n=out/double/$${s#*/}; \
+		target/release/metrolux verify scenes/$$s.pbrt $(DOUBLE_OPTIONS) --steps $(DOUBLE_STEPS) --keep-steps $$n.steps > $$n.verify \
+		|| echo "see $$n.verify"; $(DOUBLE) verify scenes/$$s.pbrt $(DOUBLE_OPTIONS) --against $$n.steps > $$n.txt; c=$$?; \
+		echo "$$s"; cat $$n.txt; [ $$c = 0 ] || exit $$c; done
+
 test: deps
 	$(CARGO) test
 
-# Tests that take minutes, among them those marked #[ignore].
-test-long: deps
-	$(CARGO) test --release -- --include-ignored
+# Tests that take minutes, among them those marked #[ignore]; and the modules with transport in f64.
+test-long: $(DOUBLE)
+	METROLUX_DOUBLE=$(CURDIR)/$(DOUBLE) $(CARGO) test --release -- --include-ignored
+	$(CARGO) test --release --lib --features double --target-dir target/double
 
 # Jobs of `metrolux job` on the engines themselves, where they are installed.
 try-engines: all
@@ -49,6 +67,7 @@ replay: deps
 lint: deps
 	$(CARGO) fmt --check
 	$(CARGO) clippy --all-targets -- -D warnings
+	$(CARGO) clippy --features double -- -D warnings
 
 deps:
 	@sh ffi/install-deps.sh

@@ -5,7 +5,7 @@ use crate::accel::Accel;
 use crate::accel::surface::surface_again;
 use crate::film::{Malformed, Reader, Writer};
 use crate::path::{Kind, Palette, Path, Pool, Tally, Vertex, World};
-use crate::real::{Convert, Vec2, Vec3};
+use crate::real::{Convert, Real, Vec2, Vec3};
 use crate::scatter::Mode;
 use crate::scene::{Light, NONE, PrimId};
 use std::io;
@@ -55,8 +55,11 @@ pub(super) fn save<const N: usize>(
     Ok(())
 }
 
-fn read_vector(r: &mut Reader) -> Result<Vec3, Malformed> {
-    Ok(Vec3::new(r.real()?, r.real()?, r.real()?))
+/// Reads a number of transport, in as many bytes as it was written in.
+pub(super) type Number = fn(&mut Reader) -> Result<Real, Malformed>;
+
+fn read_vector(r: &mut Reader, number: Number) -> Result<Vec3, Malformed> {
+    Ok(Vec3::new(number(r)?, number(r)?, number(r)?))
 }
 
 /// Makes the path again, at the wavelengths that stand in it: vertices, links, spectrum.
@@ -66,6 +69,21 @@ pub(super) fn read<const N: usize, A: Accel>(
     pool: &mut Pool<N>,
     r: &mut Reader,
 ) -> Result<(), Malformed> {
+    if read_as(world, path, pool, r, |r| r.real())? {
+        Ok(())
+    } else {
+        Err(Malformed::new("has a path that carries no light"))
+    }
+}
+
+/// As [`read`], of numbers of another build; false if the path carries no light.
+pub(super) fn read_as<const N: usize, A: Accel>(
+    world: &World<A>,
+    path: &mut Path<N>,
+    pool: &mut Pool<N>,
+    r: &mut Reader,
+    number: Number,
+) -> Result<bool, Malformed> {
     let n = r.count(5)?;
     if !(2..=(world.max_edges + 1).min(MOST)).contains(&n) {
         return Err(Malformed(format!(
@@ -77,7 +95,7 @@ pub(super) fn read<const N: usize, A: Accel>(
     palette.tune(&path.lanes);
     path.clear();
     for i in 0..n {
-        let (vertex, mode) = read_vertex(world, &palette, r)?;
+        let (vertex, mode) = read_vertex(world, &palette, r, number)?;
         let last = i + 1 == n;
         let fits = match vertex.kind {
             Kind::Lens => last,
@@ -94,16 +112,23 @@ pub(super) fn read<const N: usize, A: Accel>(
         path.push(pool.put(vertex), mode);
     }
     path.relink(world, pool, 0, n - 1);
-    if !path.measure(world, pool, &mut Tally::default()) {
-        return Err(Malformed::new("has a path that carries no light"));
+    Ok(path.measure(world, pool, &mut Tally::default()))
+}
+
+/// A direction of which f32 may have been kept, of unit length to the digits of this build.
+fn direction(w: Vec3) -> Vec3 {
+    if cfg!(feature = "double") {
+        w.normalize()
+    } else {
+        w
     }
-    Ok(())
 }
 
 fn read_vertex<const N: usize, A: Accel>(
     world: &World<A>,
     palette: &Palette<N>,
     r: &mut Reader,
+    number: Number,
 ) -> Result<(Vertex<N>, Mode), Malformed> {
     let scene = world.scene;
     let first = r.u8()?;
@@ -126,7 +151,7 @@ fn read_vertex<const N: usize, A: Accel>(
                 Some(i) if (i as usize) < geometry.instances.len() => PrimId::through(i, prim),
                 Some(i) => return Err(Malformed(format!("has a vertex on instance {i}"))),
             };
-            let at = Vec2::new(r.real()?, r.real()?);
+            let at = Vec2::new(number(r)?, number(r)?);
             let (_, part, _) = geometry.resolve(id);
             let there = (prim as usize) < part.prim_count();
             if !there || !at.is_finite() {
@@ -135,10 +160,12 @@ fn read_vertex<const N: usize, A: Accel>(
             let s = surface_again(geometry, id, at);
             Vertex::from_surface(scene, id, &s, palette)
         }
-        LENS => world.lens.vertex(read_vector(r)?),
-        SKY => world
-            .emitters
-            .sky_vertex(scene, palette.lanes(), read_vector(r)?),
+        LENS => world.lens.vertex(read_vector(r, number)?),
+        SKY => {
+            world
+                .emitters
+                .sky_vertex(scene, palette.lanes(), direction(read_vector(r, number)?))
+        }
         DELTA => {
             let light = r.u32()?;
             let (kind, p) = match scene.lights.get(light as usize) {

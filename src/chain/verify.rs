@@ -99,7 +99,7 @@ pub fn verify<const N: usize, A: Accel>(set: &Setting<A>, seen: &Seen<N>, d: &mu
 }
 
 /// The path with everything computed from its vertices and modes alone.
-fn rebuilt<const N: usize, A: Accel>(
+pub(super) fn rebuilt<const N: usize, A: Accel>(
     world: &World<A>,
     x: &Path<N>,
     pool: &Pool<N>,

@@ -209,6 +209,7 @@ pub fn machine() -> String {
         (cfg!(target_feature = "fma"), "fma"),
         (cfg!(target_feature = "avx2"), "avx2"),
         (cfg!(target_feature = "avx512f"), "avx512f"),
+        (cfg!(feature = "double"), "double"),
     ] {
         if has {
             m = m + "+" + name;

@@ -37,6 +37,7 @@ mod study;
 mod study_run;
 mod tuning;
 mod verify;
+mod verify_paths;
 mod voice;
 mod watch;
 mod while_running;
