@@ -8,6 +8,7 @@ pub mod embree;
 mod fit;
 mod levels;
 mod monitor;
+mod normal;
 pub mod obvhs;
 mod options;
 mod posed;

@@ -4,8 +4,9 @@
 //! f32 corners under the instance's f32 map, exactly; here that is worked out in f64, whose roundings are nothing beside
 //! the one of the result, so a point is off by that one alone and both backends give the same bits.
 
+use super::normal::{facing, normal};
 use super::quadric;
-use super::surface::{Surface, dpdu, facets, facing, gamma, normal, quadric_surface};
+use super::surface::{Surface, dpdu, facets, gamma, quadric_surface};
 use super::triangle::sheared;
 use super::{Hit, OwnRay};
 use crate::real::{Convert, Real, Vec2, Vec3};
