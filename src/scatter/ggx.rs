@@ -22,7 +22,7 @@ impl Ggx {
     #[inline]
     pub fn new(ax: Real, ay: Real) -> Option<Self> {
         // A NaN counts as smooth.
-        (ax.max(ay) >= SMOOTH.real()).then(|| Self {
+        (ax.max(ay).single() >= SMOOTH).then(|| Self {
             ax: ax.max(LEAST),
             ay: ay.max(LEAST),
         })
