@@ -121,7 +121,7 @@ fn the_image_is_the_same_in_both_precisions() {
             name: format!("block {i}"),
             found: of(&b, i),
             reference: of(&a, i),
-            limit: 0.15,
+            limit: 0.2,
         })
         .collect();
     agree("f64 against f32", &pairs);
