@@ -63,6 +63,8 @@ pub struct Chains {
     pub two_stage: Option<u32>,
     /// Shares of the strategies, as text.
     pub mutate: Vec<String>,
+    /// A pilot found these shares: they follow from scene, seed and settings.
+    pub pilot: bool,
     /// Groups, chains of a group, seeding samples, steps of a round, rounds of a generation.
     pub work: [u32; 5],
     /// All that may only be set in code.
@@ -85,6 +87,7 @@ impl Identity {
             direct: name(&o.direct),
             two_stage: o.test_samples,
             mutate: o.shares.0.iter().map(f64::to_string).collect(),
+            pilot: args.mutate.is_none(),
             work: [
                 o.groups,
                 o.chains,
@@ -167,6 +170,11 @@ impl Identity {
         let values = |i: &Self| serde_json::to_value(i).unwrap_or_default();
         let mut found = Vec::new();
         compare("", &values(other), &values(self), &mut found);
+        // Shares that follow from what differs besides say nothing more.
+        let piloted = |i: &Self| i.chains.as_ref().is_some_and(|c| c.pilot);
+        if found.len() > 1 && piloted(self) && piloted(other) {
+            found.retain(|f| !f.starts_with("mutate "));
+        }
         found
     }
 }
@@ -247,6 +255,7 @@ mod tests {
                 direct: "separate".into(),
                 two_stage: None,
                 mutate: vec!["0.1".into(); 6],
+                pilot: true,
                 work: [16; 5],
                 other: String::new(),
             }),
@@ -255,7 +264,9 @@ mod tests {
         assert_eq!(Identity::of_label(&a.label()), Ok(a.clone()));
         let mut b = a.clone();
         b.seed = 2;
-        b.chains.as_mut().expect("set").two_stage = Some(4);
+        let chains = b.chains.as_mut().expect("set");
+        chains.two_stage = Some(4);
+        chains.mutate[0] = "0.2".into();
         let found = a.differences(&b);
         assert_eq!(
             found,

@@ -65,7 +65,7 @@ impl CausticPerturbation {
             (Start::at(world.emitters.entry(start.p, through)), -start.p)
         } else {
             let w = turned(x.links[m].dir, size, phi);
-            (world.leave(start, start.p, w), w)
+            (world.leave_on_line(start, w), w)
         };
         for i in m + 1..k {
             let mode = x.links[i].mode;
@@ -76,7 +76,7 @@ impl CausticPerturbation {
             }
             if i + 1 < k {
                 w = deflect(next, -w, mode, Transport::FromLight)?;
-                o = world.leave(next, next.p, w);
+                o = world.leave_on_line(next, w);
             } else if !next.bsdf.has_non_specular() {
                 return None;
             }

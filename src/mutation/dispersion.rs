@@ -137,7 +137,7 @@ fn from_light<const N: usize, A: Accel>(
         (Start::at(world.emitters.entry(start.p, through)), -start.p)
     } else {
         let w = x.links[from].dir;
-        (world.leave(start, start.p, w), w)
+        (world.leave_on_line(start, w), w)
     };
     for i in from + 1..=to {
         let mode = x.links[i].mode;
@@ -152,7 +152,7 @@ fn from_light<const N: usize, A: Accel>(
         } else {
             deflect(next, -w, mode, Transport::FromLight)?
         };
-        o = world.leave(next, next.p, w);
+        o = world.leave_on_line(next, w);
     }
     Some(())
 }
@@ -170,7 +170,7 @@ fn from_eye<const N: usize, A: Accel>(
     let mut w = -x.links[k - 1].dir;
     for i in (to..k).rev() {
         let v = ws.pool.get(cur);
-        let (ray, mode) = ((world.leave(v, v.p, w), w), x.links[i].mode);
+        let (ray, mode) = ((world.leave_on_line(v, w), w), x.links[i].mode);
         cur = ws.trace(world, Transport::FromEye, ray, mode, ctx.tally)?;
         let next = ws.pool.get(cur);
         let scatters = mode == Mode::NonSpecular;

@@ -83,7 +83,7 @@ pub(super) fn retrace<const N: usize, A: Accel>(
     let mut w = world.lens.direction(ws.pool.get(cur).p, raster);
     for i in (first..k).rev() {
         let (v, mode) = (ws.pool.get(cur), x.links[i].mode);
-        let ray = (world.leave(v, v.p, w), w);
+        let ray = (world.leave_on_line(v, w), w);
         cur = ws.trace(world, Transport::FromEye, ray, mode, ctx.tally)?;
         let next = ws.pool.get(cur);
         let scatters = mode == Mode::NonSpecular;

@@ -32,6 +32,9 @@ pub struct World<'a, A: Accel> {
     pub sites: Sites,
 }
 
+/// Directions with a smaller cosine to the normal leave a surface as [`World::leave`] has it, whatever they are for.
+const LEAST_COSINE: Real = 1.0 / 64.0;
+
 impl<'a, A: Accel> World<'a, A> {
     /// Prepares a scene. A path has at most `max_depth + 1` edges.
     pub fn new(scene: &'a Scene, accel: &'a A, max_depth: u32) -> Self {
@@ -81,6 +84,23 @@ impl<'a, A: Accel> World<'a, A> {
         Start {
             o: offset_origin(x.p, x.error, x.ng, w),
             off: self.off(x),
+        }
+    }
+
+    /// As [`Self::leave`] of a surface point, but on the line through `x` itself: what the ray meets is seen from `x` in
+    /// direction `w` to rounding, which goes either way. A ray that begins beside `x` meets what lies a little towards
+    /// the normal; where each direction is made of the last one, that adds up, and the smaller the turns the less else
+    /// there is against it. Next to the surface, where the line would begin far off, the origin is as ever.
+    #[inline]
+    pub fn leave_on_line<const N: usize>(&self, x: &Vertex<N>, w: Vec3) -> Start {
+        let beside = self.leave(x, x.p, w);
+        let (up, cos) = ((beside.o - x.p).dot(x.ng), w.dot(x.ng));
+        if x.kind != Kind::Surface || cos.abs() < LEAST_COSINE {
+            return beside;
+        }
+        Start {
+            o: x.p + w * (up / cos),
+            ..beside
         }
     }
 

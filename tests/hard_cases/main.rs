@@ -5,6 +5,7 @@
 mod common;
 
 mod chains;
+mod drift;
 mod faults;
 mod grazing;
 mod input;
