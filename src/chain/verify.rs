@@ -4,8 +4,8 @@
 use super::{Seen, Setting};
 use crate::accel::{Accel, surface};
 use crate::mutation::{Context, ratio};
-use crate::path::{Kind, Path, Pool, Tally, World, follow};
-use crate::real::Convert;
+use crate::path::{Kind, Path, Pool, Tally, Vertex, World, follow};
+use crate::real::{Convert, Real, Vec3};
 use crate::sampling::Rng;
 use serde::Serialize;
 use std::ops::AddAssign;
@@ -27,14 +27,15 @@ pub struct Deviations {
     /// |r(x→y)·r(y→x) − 1|, the densities of both directions, over its bound of (6k + 32)·ε: each of four products over k
     /// vertices rounds 3k + 8 times by ε/2 or less. Largest found.
     pub way_back: f64,
-    /// Edges of the paths that either end sees blocked, although the path carries light.
+    /// Edges of the paths that neither sight nor a ray passes, although the path carries light.
     pub blocked: u64,
     /// Edges followed from one end by a ray.
     pub followed: u64,
     /// Largest distance of the hit from the vertex at the other end, over what the roundings of point, direction and distance
     /// explain.
     pub missed_by: f64,
-    /// Edges whose ray passed the vertex at the other end by more than that: those that graze an edge of the geometry.
+    /// Edges whose ray passed the vertex at the other end by more than that, or met it where sight is blocked: those that
+    /// graze an edge of the geometry.
     pub missed: u64,
     /// Impossible values.
     pub impossible: u64,
@@ -153,7 +154,8 @@ fn compare<const N: usize>(x: &Path<N>, y: &Path<N>, d: &mut Deviations) {
     }
 }
 
-/// Asks the scene of every edge: seen from both ends, and followed by a ray from the light side.
+/// Asks the scene of every edge: seen from both ends, and followed by a ray from the light side. A ray may have found
+/// what sight, which keeps a larger distance from both ends, calls blocked: such an edge grazes the geometry.
 fn edges<const N: usize, A: Accel>(
     world: &World<A>,
     x: &Path<N>,
@@ -162,32 +164,48 @@ fn edges<const N: usize, A: Accel>(
     d: &mut Deviations,
 ) {
     for i in 0..x.k() {
-        let (a, b) = (pool.get(x.links[i].slot), pool.get(x.links[i + 1].slot));
-        if !world.visible(a, b, tally) || !world.visible(b, a, tally) {
-            d.blocked += 1;
-        }
+        let link = &x.links[i];
+        let (a, b) = (pool.get(link.slot), pool.get(x.links[i + 1].slot));
+        let hidden = !world.visible(a, b, tally) || !world.visible(b, a, tally);
         if a.kind == Kind::Infinite || b.kind != Kind::Surface {
+            d.blocked += hidden as u64;
             continue;
         }
         d.followed += 1;
-        let link = &x.links[i];
-        let (ray, hit) = follow(world, world.leave(a, a.p, link.dir), link.dir);
-        let Some(hit) = hit else {
-            d.missed += 1;
-            continue;
-        };
-        let s = surface(&world.scene.geometry, &hit, &ray);
-        // Both points and the offset are known to their bounds, a direction to 4 roundings; a plane met at a cosine moves the
-        // hit by that over it.
-        let length = link.inv_d2.sqrt().recip();
-        let known = 2.0 * a.error as f64 + (b.error + s.error) as f64;
-        let turned = 4.0 * f32::EPSILON as f64 * length;
-        let off = (s.p - b.p).double().length() * link.cos_far.abs() as f64;
-        let by = off / (2.0 * (known + turned));
-        if by > 1.0 {
-            d.missed += 1;
-        } else {
+        let by = passed(world, (a, b), link.dir, link.cos_far, link.inv_d2);
+        if by <= 1.0 {
             d.missed_by = d.missed_by.max(by);
         }
+        let back = || {
+            let cos = link.cos_near;
+            a.kind == Kind::Surface && passed(world, (b, a), -link.dir, cos, link.inv_d2) <= 1.0
+        };
+        if hidden && by > 1.0 && !back() {
+            d.blocked += 1;
+        } else if hidden || by > 1.0 {
+            d.missed += 1;
+        }
     }
+}
+
+/// By how much a ray from a in the direction of b passes b, over what roundings explain; ∞ if it meets nothing.
+fn passed<const N: usize, A: Accel>(
+    world: &World<A>,
+    (a, b): (&Vertex<N>, &Vertex<N>),
+    dir: Vec3,
+    cos_far: Real,
+    inv_d2: f64,
+) -> f64 {
+    let (ray, hit) = follow(world, world.leave(a, a.p, dir), dir);
+    let Some(hit) = hit else {
+        return f64::INFINITY;
+    };
+    let s = surface(&world.scene.geometry, &hit, &ray);
+    // Both points and the offset are known to their bounds, a direction to 4 roundings; a plane met at a cosine moves the
+    // hit by that over it.
+    let length = inv_d2.sqrt().recip();
+    let known = 2.0 * a.error as f64 + (b.error + s.error) as f64;
+    let turned = 4.0 * f32::EPSILON as f64 * length;
+    let off = (s.p - b.p).double().length() * cos_far.abs() as f64;
+    off / (2.0 * (known + turned))
 }

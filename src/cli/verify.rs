@@ -130,8 +130,8 @@ fn text(d: &Deviations, rays: &Disagreement) -> String {
          carried quantities that differ from recomputed ones: {}, by {:e} at most (bound 0){}\n\
          densities of both directions: {:.3} of their bound at most{}\n\
          edges of paths that are blocked: {} (bound 0){}\n\
-         edges followed by a ray: {}, of which {} passed the other vertex at a grazed edge; the others hit it within {:.3} of \
-         what roundings explain\n\
+         edges followed by a ray: {}, of which {} graze an edge of the geometry; the others hit the other vertex within {:.3} \
+         of what roundings explain\n\
          impossible values: {} (bound 0){}\n\
          {} (bound 0 missed, 0 false){}\n",
         d.steps,
