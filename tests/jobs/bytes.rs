@@ -48,6 +48,7 @@ pub fn file(run: Run, state: &[u8]) -> Vec<u8> {
     if matches!(run, Run::Mlt(_) | Run::Spectral) {
         label["chains"] = serde_json::json!({
             "target": "mixed", "direct": "separate", "two_stage": null, "mutate": ["0.5", "0.1", "0.1", "0.1", "0.1", "0.1"],
+            "pilot": true,
             "work": [5, 4, 192, 24, 3], "other": "",
         });
     }
