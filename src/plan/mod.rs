@@ -195,7 +195,8 @@ impl Plan {
 
     /// Makes the scene ready for a render and plans that: what is to be left out or forced goes out of the scene or into
     /// it, objects that are not worth an instance are put into the world, mixes that are certain are resolved, and shapes
-    /// that no path can meet are left out; rays leave out the triangles they start on where there are slivers. The findings tell of the scene as it was.
+    /// that no path can meet are left out; rays leave out the slivers they start on where there are any. The findings tell
+    /// of the scene as it was.
     pub fn make(scene: &mut Scene, options: &Options) -> Self {
         let before = Self::new(scene, options);
         for f in &before.findings {
