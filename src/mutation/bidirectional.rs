@@ -8,10 +8,10 @@
 //! Q(x→y) = p_d[l,m] Σ p_a/C_i^bd, and the ratio returned is Q(y→x)/Q(x→y).
 
 use super::falsify::{Density, factor, odd_row};
+use super::grow::{grow_eye, grow_light};
 use super::{Context, Workspace};
 use crate::accel::Accel;
-use crate::path::{Emitters, Ends, Kind, Path, deletion_length, half_to, scatter};
-use crate::scatter::{Mode, Transport};
+use crate::path::{Emitters, Ends, Path, deletion_length, half_to};
 
 /// See the module.
 pub struct Bidirectional;
@@ -247,132 +247,4 @@ impl Bidirectional {
             * factor(Density::Strategies, odd_row(y))
             / y.total
     }
-}
-
-/// Adds `count` vertices after the kept light end; returns the mode at its last vertex. With `reaches_lens` the last one
-/// found is to be xk.
-#[inline]
-fn grow_light<const N: usize, A: Accel>(
-    x: &Path<N>,
-    ws: &mut Workspace<N>,
-    ctx: &mut Context<A>,
-    kept: usize,
-    count: usize,
-    reaches_lens: bool,
-) -> Option<Mode> {
-    let mut end_mode = Mode::NonSpecular;
-    if count == 0 {
-        return Some(end_mode);
-    }
-    let world = ctx.world;
-    let mut left = count;
-    let mut cur = if kept == 0 {
-        let x0 = world
-            .emitters
-            .sample_point(world.scene, &ws.palette, ctx.rng)?;
-        left -= 1;
-        ws.put(Transport::FromLight, x0, Mode::NonSpecular)
-    } else {
-        x.links[kept - 1].slot
-    };
-    let mut index = kept.max(1) - 1;
-    let mut from = if index > 0 {
-        -x.links[index - 1].dir
-    } else {
-        crate::real::Vec3::ZERO
-    };
-    while left > 0 {
-        let v = ws.pool.get(cur);
-        let (start, w) = if index == 0 {
-            let (o, w) = world.emitters.sample_direction(world.scene, v, ctx.rng);
-            (world.leave(v, o, w), w)
-        } else {
-            let (w, mode) = scatter(v, from, Transport::FromLight, ctx.rng)?;
-            match ws.from_light.last_mut() {
-                Some(v) => v.1 = mode,
-                None => end_mode = mode,
-            }
-            (world.leave(v, v.p, w), w)
-        };
-        if left == 1 && reaches_lens {
-            let lens = world.reach_lens(v, start.o, w, ctx.tally)?;
-            ws.put(Transport::FromLight, lens, Mode::NonSpecular);
-            return Some(end_mode);
-        }
-        cur = ws.trace(
-            world,
-            Transport::FromLight,
-            (start, w),
-            Mode::NonSpecular,
-            ctx.tally,
-        )?;
-        if ws.pool.get(cur).kind != Kind::Surface {
-            return None;
-        }
-        from = -w;
-        index += 1;
-        left -= 1;
-    }
-    Some(end_mode)
-}
-
-/// Adds `count` vertices before the kept eye end; returns the mode at its first vertex. With `reaches_light` the last
-/// one found is to be x0.
-#[inline]
-fn grow_eye<const N: usize, A: Accel>(
-    x: &Path<N>,
-    ws: &mut Workspace<N>,
-    ctx: &mut Context<A>,
-    kept: usize,
-    count: usize,
-    reaches_light: bool,
-) -> Option<Mode> {
-    let mut end_mode = Mode::NonSpecular;
-    if count == 0 {
-        return Some(end_mode);
-    }
-    let world = ctx.world;
-    let mut left = count;
-    let n = x.links.len();
-    let mut cur = if kept == 0 {
-        let lens = world.lens.sample_vertex(ctx.rng.next_vec2());
-        left -= 1;
-        ws.put(Transport::FromEye, lens, Mode::NonSpecular)
-    } else {
-        x.links[n - kept].slot
-    };
-    let mut from = if kept >= 2 {
-        x.links[n - kept].dir
-    } else {
-        crate::real::Vec3::ZERO
-    };
-    while left > 0 {
-        let v = ws.pool.get(cur);
-        let w = if v.kind == Kind::Lens {
-            world
-                .lens
-                .direction(v.p, world.lens.sample_raster(ctx.rng.next_vec2()))
-        } else {
-            let (w, mode) = scatter(v, from, Transport::FromEye, ctx.rng)?;
-            match ws.from_eye.last_mut() {
-                Some(v) => v.1 = mode,
-                None => end_mode = mode,
-            }
-            w
-        };
-        let start = world.leave(v, v.p, w);
-        cur = ws.trace(
-            world,
-            Transport::FromEye,
-            (start, w),
-            Mode::NonSpecular,
-            ctx.tally,
-        )?;
-        left -= 1;
-        if ws.pool.get(cur).kind != Kind::Surface && !(left == 0 && reaches_light) {
-            return None;
-        }
-        from = -w;
-    }
-    Some(end_mode)
 }

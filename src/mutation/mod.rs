@@ -7,6 +7,7 @@ mod bidirectional;
 mod caustic;
 mod dispersion;
 mod falsify;
+mod grow;
 mod lens;
 mod lens_subpath;
 mod multi_chain;
@@ -123,6 +124,13 @@ impl<const N: usize> Workspace<N> {
         let slot = self.pool.put(v);
         self.found(from).push((slot, mode));
         slot
+    }
+
+    /// A vertex of the proposal at the place of one of x.
+    #[inline]
+    pub fn again(&mut self, from: Transport, slot: u16) -> u16 {
+        let v = self.pool.get(slot).clone();
+        self.put(from, v, Mode::NonSpecular)
     }
 
     /// Follows the ray (start, unit direction) to a vertex of the proposal.

@@ -149,6 +149,30 @@ fn kept_positions_keep_their_bits_and_no_slot_is_lost_in_a_million_steps() {
     }
 }
 
+/// A new sub-path that leaves what is kept through the same delta lobes ends where the old one did: the proposal is x itself.
+/// To the bit, or it would move by the same roundings again and again. That random directions come so near has a probability
+/// of some 10⁻⁸.
+#[test]
+fn bidirectional_mutations_that_change_nothing_move_nothing() {
+    for (contents, aperture) in [(PLATE, 0.0), (POOL, 0.02), (GLASS, 0.03)] {
+        let mut unchanged = 0;
+        with_room(contents, aperture, 6, |world| {
+            walk::<4>(world, Direct::InChain, 300_000, |s, _| {
+                if s.strategy != Strategy::Bidirectional || s.x.k() != s.ws.y.k() {
+                    return;
+                }
+                let (x, y) = (positions(s.x, &s.ws.pool), positions(&s.ws.y, &s.ws.pool));
+                if x.iter().zip(&y).all(|(x, y)| x.distance(*y) < 1e-4) {
+                    assert_eq!(x, y);
+                    unchanged += 1;
+                }
+            });
+        });
+        println!("{unchanged} unchanged");
+        assert!(unchanged > 1000);
+    }
+}
+
 /// The path pushed anew, everything computed from its vertices and modes alone.
 fn rebuilt<const N: usize>(world: &Room, x: &Path<N>, pool: &Pool<N>) -> Path<N> {
     let mut y = x.clone_capacity(world.max_edges);
