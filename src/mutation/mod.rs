@@ -129,7 +129,7 @@ impl<const N: usize> Workspace<N> {
     /// A vertex of the proposal at the place of one of x.
     #[inline]
     pub fn again(&mut self, from: Transport, slot: u16) -> u16 {
-        let v = self.pool.get(slot).clone();
+        let v = *self.pool.get(slot);
         self.put(from, v, Mode::NonSpecular)
     }
 
