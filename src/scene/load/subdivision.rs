@@ -92,22 +92,38 @@ fn rings(triangles: &[[u32; 3]], vertices: usize, p: &Params) -> Result<Vec<Ring
             .found(format!("vertex {v}"))
             .expected("consistently turned triangles around each vertex, in one fan")
     };
-    // For each vertex, from one neighbour to the next, triangle by triangle.
-    let mut next: Vec<HashMap<u32, u32>> = vec![HashMap::new(); vertices];
+    // For each vertex from one neighbour to the next, triangle by triangle: those of vertex v from start[v] on.
+    let mut start = vec![0; vertices + 1];
+    for &v in triangles.iter().flatten() {
+        start[v as usize + 1] += 1;
+    }
+    for v in 0..vertices {
+        start[v + 1] += start[v];
+    }
+    let mut free = start.clone();
+    let mut next = vec![(0, 0); 3 * triangles.len()];
     for t in triangles {
         for k in 0..3 {
-            let v = t[k] as usize;
-            if next[v].insert(t[(k + 1) % 3], t[(k + 2) % 3]).is_some() {
-                return Err(broken(v));
-            }
+            let at = &mut free[t[k] as usize];
+            next[*at] = (t[(k + 1) % 3], t[(k + 2) % 3]);
+            *at += 1;
         }
     }
     let mut rings = Vec::with_capacity(vertices);
-    for (v, next) in next.iter().enumerate() {
-        let ends: std::collections::HashSet<u32> = next.values().copied().collect();
-        let first = next.keys().filter(|k| !ends.contains(k)).min();
-        let border = first.is_some();
-        let Some(&first) = first.or(next.keys().min()) else {
+    let mut ends = Vec::new();
+    for v in 0..vertices {
+        let next = &mut next[start[v]..start[v + 1]];
+        next.sort_unstable();
+        if next.windows(2).any(|w| w[0].0 == w[1].0) {
+            return Err(broken(v));
+        }
+        let follow = |a: u32| Some(next[next.binary_search_by_key(&a, |n| n.0).ok()?].1);
+        ends.clear();
+        ends.extend(next.iter().map(|n| n.1));
+        ends.sort_unstable();
+        let open = next.iter().find(|n| ends.binary_search(&n.0).is_err());
+        let border = open.is_some();
+        let Some(&(first, _)) = open.or(next.first()) else {
             rings.push(Ring {
                 vertices: Vec::new(),
                 border: false,
@@ -116,7 +132,7 @@ fn rings(triangles: &[[u32; 3]], vertices: usize, p: &Params) -> Result<Vec<Ring
         };
         let mut ring = vec![first];
         let mut at = first;
-        while let Some(&to) = next.get(&at) {
+        while let Some(to) = follow(at) {
             if to == first {
                 break;
             }
