@@ -1,10 +1,11 @@
 //! Multi-chain perturbation: a lens perturbation of the first specular chain, then a small turn at each diffuse vertex
 //! that joins it to the next (Veach 11.4.3.3).
 //!
-//! Suited to (L|D)DS⁺(DS⁺)⁺E, where the last chain's end is joined to what is kept, and to LS⁺(DS⁺)⁺E, where the
-//! retraced chain must end on an emitter or escape to an infinite light. A turn is by θ = θ2·exp(−ln(θ2/θ1)·U) of the
-//! old path's direction, with constant θ1, θ2: symmetric in solid angle. The raster point moves as under the lens
-//! perturbation, symmetric too. What is left is
+//! Suited to (L|D)DS⁺(DS⁺)*DS*E, where the last chain's end is joined to what is kept, and to LS⁺(DS⁺)*DS*E, where the
+//! retraced chain must end on an emitter or escape to an infinite light. Veach asks for S⁺ at the lens too; without it the
+//! strategy also moves caustics seen directly, whose steps from the light are small where a lens focuses and the view is
+//! narrow. A turn is by θ = θ2·exp(−ln(θ2/θ1)·U) of the old path's direction, with constant θ1, θ2: symmetric in solid
+//! angle. The raster point moves as under the lens perturbation, symmetric too. What is left is
 //!
 //! τ(y) · G of the connection · Π G/(p^E/P(mode)) after lens and specular vertices · Π |cos θ| at turned vertices
 //!
@@ -37,7 +38,8 @@ impl MultiChainPerturbation {
             while j > 0 && x.links[j].mode != Mode::NonSpecular {
                 j -= 1;
             }
-            if j + 1 == end {
+            // Only the chain at the lens may be empty.
+            if j + 1 == end && end < x.k() {
                 break;
             }
             chains += 1;

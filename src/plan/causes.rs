@@ -115,9 +115,9 @@ impl Causes {
                 Cause::of(integrator, "the maximal depth", &why),
             );
         }
-        // (L|D)S⁺DE scatters twice at least, LS⁺DS⁺E three times.
-        for (effect, least) in [(Effect::Caustic, 2), (Effect::MultiChain, 3)] {
-            if rough && depth >= least {
+        // LS⁺DE, which both suit, scatters twice at least.
+        for effect in [Effect::Caustic, Effect::MultiChain] {
+            if rough && depth >= 2 {
                 specular.iter().for_each(|c| all.add(effect, c.clone()));
             }
         }

@@ -128,8 +128,7 @@ fn expected(parts: &[&Part], depth: u32) -> BTreeSet<&'static str> {
     let indirect = (depth > 1).then_some(Effect::Indirect);
     own.chain(indirect)
         .filter(|e| match e {
-            Effect::Caustic => depth >= 2,
-            Effect::MultiChain => depth >= 3,
+            Effect::Caustic | Effect::MultiChain => depth >= 2,
             _ => true,
         })
         .map(Effect::name)

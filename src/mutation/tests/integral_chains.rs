@@ -3,7 +3,7 @@
 
 use super::integral::{Regions, compared, find, proposals};
 use super::integral_lens::through_chains;
-use super::scenes::{Contents, POOL, image_cell, with_room};
+use super::scenes::{Contents, PLATE, POOL, image_cell, with_room};
 use super::stats::Verdict;
 use crate::mutation::multi_chain::TURN;
 use crate::mutation::turn::{angle, turned};
@@ -92,16 +92,20 @@ fn multi_chain<const N: usize>(
     });
 }
 
-/// LSDSE.
+/// LSDSE, and LSSDE, whose chain at the lens is empty.
 #[test]
 fn multi_chain_perturbations_integrate_chains_that_end_on_an_emitter() {
     multi_chain::<4>(POOL, 0.0, 4, 0, 0.05);
     multi_chain::<1>(POOL, 0.02, 4, 0, 0.05);
+    multi_chain::<4>(PLATE, 0.0, 4, 0, 0.06);
+    multi_chain::<1>(PLATE, 0.02, 4, 0, 0.06);
 }
 
-/// L(D)DSDSE.
+/// L(D)DSDSE, and L(D)DSSDE.
 #[test]
 fn multi_chain_perturbations_integrate_chains_that_are_joined() {
     multi_chain::<4>(POOL, 0.0, 5, 1, 0.1);
     multi_chain::<4>(POOL, 0.0, 6, 2, 0.15);
+    multi_chain::<4>(PLATE, 0.0, 5, 1, 0.1);
+    multi_chain::<4>(PLATE, 0.02, 6, 2, 0.15);
 }

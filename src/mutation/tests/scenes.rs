@@ -17,7 +17,7 @@ pub(super) struct Contents {
     inside: &'static str,
     /// Without it the sky looks in.
     ceiling: bool,
-    /// Paths with two specular chains are common.
+    /// Paths with a specular chain behind a diffuse vertex, seen from the lens, are common.
     pub(super) chains: bool,
 }
 
@@ -41,7 +41,7 @@ Shape "trianglemesh" "point3 P" [ 0.6 0.1 0.9  0.95 0.1 0.6  0.95 0.7 0.6  0.6 0
   "integer indices" [ 0 1 2 0 2 3 ]
 "#,
     ceiling: true,
-    chains: false,
+    chains: true,
 };
 
 /// Rough metal and coated surfaces with and without a delta lobe.
@@ -96,7 +96,7 @@ Shape "trianglemesh"
   "integer indices" [ 0 1 2 0 2 3  4 6 5 4 7 6  0 5 1 0 4 5  1 6 2 1 5 6  2 7 3 2 6 7  3 4 0 3 7 4 ]
 "#,
     ceiling: true,
-    chains: false,
+    chains: true,
 };
 
 /// A wedge of flint glass between lamp and floor, dispersive: LSSDE of one colour each, and (L|D)DSSE where the wedge is
@@ -110,7 +110,7 @@ Shape "trianglemesh"
   "integer indices" [ 0 1 2 0 2 3  4 6 5 4 7 6  0 5 1 0 4 5  1 6 2 1 5 6  2 7 3 2 6 7  3 4 0 3 7 4 ]
 "#,
     ceiling: true,
-    chains: false,
+    chains: true,
 };
 
 /// Water over the floor, seen from above, under a large lamp: LSDSE.
