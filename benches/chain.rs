@@ -2,8 +2,10 @@
 //! what was constructed and accepted is printed beside.
 
 mod common;
+#[path = "common/paired.rs"]
+mod paired;
 
-use common::{embree, paired, pool, scene, spread};
+use common::{embree, pool, scene, spread};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use metrolux::accel::Accel;
 use metrolux::chain::{
@@ -13,6 +15,7 @@ use metrolux::mutation::Strategy;
 use metrolux::path::{Sampler, Tally, World};
 use metrolux::sampling::Rng;
 use metrolux::scene::{FilterKind, Scene};
+use paired::paired;
 use std::hint::black_box;
 use std::time::Duration;
 

@@ -11,13 +11,16 @@
 //! programs run.
 
 mod common;
+#[path = "common/paired.rs"]
+mod paired;
 
-use common::{embree, paired, pool, scene, spread};
+use common::{embree, pool, scene, spread};
 use metrolux::accel::{Accel, Embree, Ray, Recorder};
 use metrolux::chain::MltOptions;
 use metrolux::integrator::{Budget, MltResult, Quiet, mlt};
 use metrolux::path::{Tally, World};
 use metrolux::scene::Scene;
+use paired::paired;
 use rayon::prelude::*;
 use std::hint::black_box;
 
