@@ -154,8 +154,8 @@ fn compare<const N: usize>(x: &Path<N>, y: &Path<N>, d: &mut Deviations) {
     }
 }
 
-/// Asks the scene of every edge: seen from both ends, and followed by a ray from the light side. A ray may have found
-/// what sight, which keeps a larger distance from both ends, calls blocked: such an edge grazes the geometry.
+/// Asks the scene of every edge: seen from both ends, and followed by a ray from the light side, or from the lens. A ray may
+/// have found what sight, which keeps a larger distance from both ends, calls blocked: such an edge grazes the geometry.
 fn edges<const N: usize, A: Accel>(
     world: &World<A>,
     x: &Path<N>,
@@ -167,20 +167,25 @@ fn edges<const N: usize, A: Accel>(
         let link = &x.links[i];
         let (a, b) = (pool.get(link.slot), pool.get(x.links[i + 1].slot));
         let hidden = !world.visible(a, b, tally) || !world.visible(b, a, tally);
-        if a.kind == Kind::Infinite || b.kind != Kind::Surface {
+        let there = || passed(world, (a, b), link.dir, link.cos_far, link.inv_d2);
+        let back = || passed(world, (b, a), -link.dir, link.cos_near, link.inv_d2);
+        // Rays meet surfaces only.
+        let by = match (a.kind, b.kind) {
+            (Kind::Infinite, _) => None,
+            (_, Kind::Surface) => Some(there()),
+            (Kind::Surface, _) => Some(back()),
+            _ => None,
+        };
+        let Some(by) = by else {
             d.blocked += hidden as u64;
             continue;
-        }
+        };
         d.followed += 1;
-        let by = passed(world, (a, b), link.dir, link.cos_far, link.inv_d2);
         if by <= 1.0 {
             d.missed_by = d.missed_by.max(by);
         }
-        let back = || {
-            let cos = link.cos_near;
-            a.kind == Kind::Surface && passed(world, (b, a), -link.dir, cos, link.inv_d2) <= 1.0
-        };
-        if hidden && by > 1.0 && !back() {
+        let both = a.kind == Kind::Surface && b.kind == Kind::Surface;
+        if hidden && by > 1.0 && !(both && back() <= 1.0) {
             d.blocked += 1;
         } else if hidden || by > 1.0 {
             d.missed += 1;
