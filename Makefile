@@ -31,7 +31,8 @@ $(STUDIES): study/%: all
 DOUBLE = target/double/release/metrolux
 DOUBLE_STEPS ?= 1000
 DOUBLE_OPTIONS ?=
-DOUBLE_SCENES = ajar/ajar caustic/caustic-x1 cornell/cornell cornell-glass/cornell-glass furnace/four-points pool/pool prism/prism
+DOUBLE_SCENES = ajar/ajar $(foreach z,1 4 16 64,caustic/caustic-x$z) cornell/cornell cornell-glass/cornell-glass \
+	$(addprefix furnace/,emission four-points point) pool/pool prism/prism
 
 .PHONY: $(DOUBLE)
 $(DOUBLE): deps
