@@ -85,10 +85,10 @@ const ALONE: Effort = Effort {
     },
 };
 
-/// LSSDE: lens and caustic perturbation.
+/// LSSDE: lens, caustic and multi-chain perturbation.
 #[test]
 fn plate() {
-    let strategies = [Strategy::Lens, Strategy::Caustic];
+    let strategies = [Strategy::Lens, Strategy::Caustic, Strategy::MultiChain];
     of("plate of glass", PLATE, 3, &strategies, ALONE);
 }
 
