@@ -2,13 +2,22 @@
 
 use super::surface::facets;
 use super::triangle::sheared;
-use super::{Accel, Hit, OwnRay, Ray, offset_origin, posed, quadric, surface};
+use super::{Accel, Hit, OwnRay, Ray, edge, offset_origin, posed, quadric, surface};
 use crate::real::{Convert, Real};
 use crate::scene::{Facet, Geometry, PrimId};
 use glam::Vec3;
 
 /// Most attempts to get past a primitive that lies behind the origin although the backend named it.
 const MAX_RETRIES: i32 = 12;
+
+/// Weights nearer than this to an edge are left to the watertight test: in f32 those of [`inside`] are off by some roundings
+/// of the coordinates over the height of the triangle, which this covers where that is more than 1/4000 of them. A test
+/// in f32 has nothing to add to weights in f64.
+const MARGIN: Real = if cfg!(feature = "double") {
+    0.0
+} else {
+    1.0 / 256.0
+};
 
 /// The nearest hit along the ray. `Hit::clamped` marks those where backend and shared routine disagree by a rounding;
 /// callers count them.
@@ -31,10 +40,41 @@ fn closest_by(
 ) -> Option<Hit> {
     let prim = asked(&nearest, ray)?;
     let hit = recompute(geometry, prim, ray);
-    if hit.t > 0.0 {
+    if hit.t > 0.0 && !hit.clamped {
         Some(hit)
     } else {
-        step_past(geometry, ray, hit, nearest)
+        settle(geometry, ray, hit, nearest)
+    }
+}
+
+/// The primitive of the hit that [`closest`] makes of one that the backend named.
+#[cold]
+pub fn settled<A: Accel>(accel: &A, ray: &Ray, but: [PrimId; 2], named: PrimId) -> PrimId {
+    let (geometry, own) = (accel.geometry(), ray.own());
+    let hit = recompute(geometry, named, &own);
+    if !hit.clamped {
+        return named;
+    }
+    let nearest = |ray: &Ray| match but {
+        [PrimId::NONE, PrimId::NONE] => accel.nearest(ray),
+        but => accel.nearest_but(ray, but),
+    };
+    settle(geometry, &own, hit, nearest).map_or(named, |h| h.prim)
+}
+
+/// The hit where the shared routine does not meet what the backend named, or meets it behind the origin.
+#[cold]
+fn settle(
+    geometry: &Geometry,
+    ray: &OwnRay,
+    hit: Hit,
+    nearest: impl Fn(&Ray) -> Option<PrimId>,
+) -> Option<Hit> {
+    let across = || edge::across(geometry, ray, hit.prim, &|ray| asked(&nearest, ray));
+    match hit.clamped.then(across).flatten() {
+        Some(neighbour) => Some(neighbour),
+        None if hit.t > 0.0 => Some(hit),
+        None => step_past(geometry, ray, hit, nearest),
     }
 }
 
@@ -80,7 +120,7 @@ pub fn recompute(geometry: &Geometry, prim: PrimId, ray: &OwnRay) -> Hit {
 }
 
 /// Möller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", JGT 2(1), 1997. Which triangle is known, so
-/// nothing needs to be watertight here; `None` if the ray passes outside, or so close to the edge that this cannot tell.
+/// nothing needs to be watertight here; `None` if the ray passes outside, or nearer to an edge than [`MARGIN`].
 #[inline(always)]
 fn inside([p0, p1, p2]: &[Vec3; 3], ray: &OwnRay) -> Option<[Real; 3]> {
     let [p0, p1, p2] = [p0.real(), p1.real(), p2.real()];
@@ -90,7 +130,8 @@ fn inside([p0, p1, p2]: &[Vec3; 3], ray: &OwnRay) -> Option<[Real; 3]> {
     let inverse = 1.0 / a.dot(n);
     let (b1, b2) = (o.dot(n) * inverse, ray.d.dot(m) * inverse);
     let t = b.dot(m) * inverse;
-    (b1 >= 0.0 && b2 >= 0.0 && b1 + b2 <= 1.0 && t.is_finite()).then_some([t, b1, b2])
+    (b1 >= MARGIN && b2 >= MARGIN && b1 + b2 <= 1.0 - MARGIN && t.is_finite())
+        .then_some([t, b1, b2])
 }
 
 /// The watertight test, and the nearest point where even that says the backend is off by a rounding.

@@ -1,5 +1,6 @@
 //! Asks two backends the same, and judges and counts where they differ.
 
+use super::canonical::settled;
 use super::record::Kind;
 use super::referee::{Class, Fault, judge_nearest, judge_occluded};
 use super::{Accel, Ray};
@@ -12,6 +13,8 @@ const NOTHING: [PrimId; 2] = [PrimId::NONE; 2];
 
 /// Disagreements that are kept word for word.
 const KEPT: usize = 16;
+/// Ties whose rays are kept.
+const TIES: usize = 1 << 16;
 
 /// How often two backends were asked and disagreed.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
@@ -22,8 +25,17 @@ pub struct Disagreement {
     pub rays_closest: u64,
     /// Rays asked for visibility.
     pub rays_visibility: u64,
-    /// Different primitives at the same place: coincident faces, shared edges.
+    /// Different faces around an edge that the ray passes within the roundings, of which the shared routine then chose
+    /// the same for both: hits are the same, bit for bit.
+    pub settled: u64,
+    /// Different primitives at the same place, also in the hits: coincident faces, edges.
     pub ties: u64,
+    /// Those of the ties where each backend, with the primitive that it named left out, names the other's: both find
+    /// the same two and only begin with another. 0 where backends cannot leave out ([`Geometry::leave_out`]).
+    pub reversed: u64,
+    /// Rays of the first ties, to be asked again where backends can.
+    #[serde(skip)]
+    pub tied: Vec<Ray>,
     /// One of the two takes for a hit what passes an edge or a corner within the roundings.
     pub edges: u64,
     /// The same for a primitive at the very beginning or end of the ray.
@@ -43,26 +55,37 @@ impl Disagreement {
         pairs.sum()
     }
 
-    /// All differences.
+    /// All differences of hits.
     pub fn different(&self) -> u64 {
         self.ties + self.edges + self.ends + self.wrong()
     }
 
-    /// Part of the rays on which the two agree.
+    /// Part of the rays on which the two name the same primitive at once.
+    pub fn same_at_once(&self) -> f64 {
+        self.part_but(self.different() + self.settled)
+    }
+
+    /// Part of the rays on which the two give the same hit, or find the same two coincident primitives.
     pub fn agreement(&self) -> f64 {
+        self.part_but(self.different() - self.reversed)
+    }
+
+    fn part_but(&self, differences: u64) -> f64 {
         let rays = (self.rays_closest + self.rays_visibility).max(1);
-        1.0 - self.different() as f64 / rays as f64
+        1.0 - differences as f64 / rays as f64
     }
 
     /// For people: a line of counts, then the first differences.
     pub fn lines(&self) -> Vec<String> {
         let [a, b] = &self.backends;
         let mut lines = vec![format!(
-            "{} rays asked of {a} and of {b}: {} differences, {} ties, {} at edges, {} at ends; {} and {} missed, {} \
-             and {} false",
+            "{} rays asked of {a} and of {b}: {} edges settled alike, {} differences, {} ties ({} of them the same two primitives in \
+             another order), {} at edges, {} at ends; {} and {} missed, {} and {} false",
             self.rays_closest + self.rays_visibility,
+            self.settled,
             self.different(),
             self.ties,
+            self.reversed,
             self.edges,
             self.ends,
             self.missed[0],
@@ -81,6 +104,7 @@ pub struct Checked<A, B> {
     second: B,
     closest: AtomicU64,
     visibility: AtomicU64,
+    settled: AtomicU64,
     found: Mutex<Found>,
 }
 
@@ -99,6 +123,7 @@ impl<A: Accel, B: Accel> Checked<A, B> {
             second,
             closest: AtomicU64::new(0),
             visibility: AtomicU64::new(0),
+            settled: AtomicU64::new(0),
             found: Mutex::default(),
         }
     }
@@ -111,6 +136,7 @@ impl<A: Accel, B: Accel> Checked<A, B> {
             backends: [self.first.name(), self.second.name()],
             rays_closest: self.closest.load(Relaxed),
             rays_visibility: self.visibility.load(Relaxed),
+            settled: self.settled.load(Relaxed),
             first: first.cloned().collect(),
             ..found.counts.clone()
         }
@@ -125,11 +151,29 @@ impl<A: Accel, B: Accel> Checked<A, B> {
     ) -> Option<PrimId> {
         self.closest.fetch_add(1, Relaxed);
         if a != b {
+            if let (Some(a), Some(b)) = (a, b)
+                && settled(&self.first, ray, but, a) == settled(&self.second, ray, but, b)
+            {
+                self.settled.fetch_add(1, Relaxed);
+                return Some(a);
+            }
             let class = judge_nearest(self.geometry(), ray, but, [a, b]);
             let word = |p: Option<PrimId>| p.map_or("nothing".to_owned(), |p| p.to_string());
-            self.note(class, Kind::Closest, ray, [word(a), word(b)]);
+            let tie = class == Class::Tie;
+            let reversed = tie && self.geometry().leave_out && self.find_both(ray, but, [a, b]);
+            self.note(class, reversed, Kind::Closest, ray, [word(a), word(b)]);
         }
         a
+    }
+
+    /// Whether each backend finds the other's primitive once its own is left out.
+    fn find_both(&self, ray: &Ray, but: [PrimId; 2], [a, b]: [Option<PrimId>; 2]) -> bool {
+        // One place beside the one that may be taken already.
+        let without = |p: Option<PrimId>| Some([but[0], p?]).filter(|_| but[1] == PrimId::NONE);
+        let (Some(not_a), Some(not_b)) = (without(a), without(b)) else {
+            return false;
+        };
+        self.first.nearest_but(ray, not_a) == b && self.second.nearest_but(ray, not_b) == a
     }
 
     /// The first of two answers about visibility.
@@ -138,18 +182,28 @@ impl<A: Accel, B: Accel> Checked<A, B> {
         if a != b {
             let class = judge_occluded(self.geometry(), ray, but, b);
             let word = |o| if o { "occluded" } else { "free" };
-            self.note(class, Kind::Any, ray, [word(a).into(), word(b).into()]);
+            self.note(
+                class,
+                false,
+                Kind::Any,
+                ray,
+                [word(a).into(), word(b).into()],
+            );
         }
         a
     }
 
     #[cold]
-    fn note(&self, class: Class, kind: Kind, ray: &Ray, answers: [String; 2]) {
+    fn note(&self, class: Class, reversed: bool, kind: Kind, ray: &Ray, answers: [String; 2]) {
         let mut found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
         let c = &mut found.counts;
         let what = match class {
             Class::Tie => {
                 c.ties += 1;
+                c.reversed += u64::from(reversed);
+                if c.tied.len() < TIES {
+                    c.tied.push(*ray);
+                }
                 "tie".to_owned()
             }
             Class::Edge => {

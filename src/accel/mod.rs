@@ -4,6 +4,7 @@
 mod asked;
 pub mod canonical;
 pub mod checked;
+mod edge;
 pub mod embree;
 mod fit;
 mod levels;

@@ -99,6 +99,27 @@ impl Sheared {
         t.is_finite().then_some(TriangleHit { t, b1, b2 })
     }
 
+    /// How far the line of the ray lies beyond each edge of a triangle, in the plane across the z axis, the farthest edge
+    /// first; and the unit vector in that plane that leads out over it.
+    #[cold]
+    pub fn ways_out(&self, corners: &[Vec3; 3]) -> [(f32, Vec3); 3] {
+        let p = corners.map(|p| self.apply(p).as_dvec3().truncate());
+        let turn = (p[1] - p[0]).perp_dot(p[2] - p[0]).signum();
+        let mut ways = [0, 1, 2].map(|i| {
+            let (a, b) = (p[i], p[(i + 1) % 3]);
+            let out = -(b - a).normalize_or_zero().perp() * turn;
+            let (out, beyond) = (out.as_vec2(), -a.dot(out) as f32);
+            let way = match self.kz {
+                0 => Vec3::new(0.0, out.x, out.y),
+                1 => Vec3::new(out.y, 0.0, out.x),
+                _ => Vec3::new(out.x, out.y, 0.0),
+            };
+            (beyond, way)
+        });
+        ways.sort_by(|a, b| b.0.total_cmp(&a.0));
+        ways
+    }
+
     /// The point of the triangle nearest to the line of the ray, for a triangle that `intersect` misses by a rounding.
     #[cold]
     pub fn nearest_point(&self, corners: &[Vec3; 3]) -> TriangleHit {

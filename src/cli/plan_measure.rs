@@ -2,8 +2,8 @@
 //!
 //! The scene is rendered as planned and with an effect forced, in turn, each turn with seeds of its own; who begins
 //! alternates. What is timed are whole stretches of chains with their direct pass (or camera samples), after the first
-//! stretch, in which the chains are seeded and caches fill. Ratios are those of processor time of a pair of turns, so
-//! that other programs disturb them little; their median and extremes are told.
+//! stretch, in which the chains are seeded and caches fill. Ratios are those of a pair of turns, of wall time and of
+//! processor time, which other programs disturb less; their median and extremes are told.
 
 use super::CliError;
 use super::decide::Decisions;
@@ -36,9 +36,12 @@ pub struct Row {
     /// Why there is no figure.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub why_not: Option<String>,
-    /// Processor time forced over planned: median, least, most over the pairs.
+    /// Wall time forced over planned: median, least, most over the pairs.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub ratio: Option<[f64; 3]>,
+    pub wall: Option<[f64; 3]>,
+    /// The same of processor time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cpu: Option<[f64; 3]>,
     /// Microseconds of wall time for a mutation (or camera sample), planned and forced: medians.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub microseconds: Option<[f64; 2]>,
@@ -256,7 +259,8 @@ pub fn measure(
         told(&Row {
             forced: f.effect.name().into(),
             why_not: Some(why.into()),
-            ratio: None,
+            wall: None,
+            cpu: None,
             microseconds: None,
             rays: None,
             variance: None,
@@ -267,8 +271,11 @@ pub fn measure(
 }
 
 fn row(forced: String, pairs: &[(Turn, Turn)]) -> Row {
-    let per_unit = |t: &Turn| t.cpu / t.units;
-    let ratios = pairs.iter().map(|(a, b)| per_unit(b) / per_unit(a));
+    let ratio = |time: &dyn Fn(&Turn) -> f64| {
+        let per_unit = |t: &Turn| time(t) / t.units;
+        let ratios = pairs.iter().map(|(a, b)| per_unit(b) / per_unit(a));
+        Some(spread(ratios.collect()))
+    };
     let micro = |t: &Turn| 1e6 * t.wall / t.units;
     let mean = |f: &dyn Fn(&(Turn, Turn)) -> f64| {
         pairs.iter().map(f).sum::<f64>() / pairs.len().max(1) as f64
@@ -276,7 +283,8 @@ fn row(forced: String, pairs: &[(Turn, Turn)]) -> Row {
     Row {
         forced,
         why_not: None,
-        ratio: Some(spread(ratios.collect())),
+        wall: ratio(&|t| t.wall),
+        cpu: ratio(&|t| t.cpu),
         microseconds: Some([
             spread(pairs.iter().map(|p| micro(&p.0)).collect())[0],
             spread(pairs.iter().map(|p| micro(&p.1)).collect())[0],
@@ -328,12 +336,14 @@ fn same(pairs: &[(Turn, Turn)]) -> f64 {
 
 impl Row {
     /// The head of a table of rows.
-    pub const HEAD: &str = "forced        time forced/planned     µs planned forced   rays planned forced  variance  same image p";
+    pub const HEAD: &str = "forced        wall forced/planned     processor time          µs planned forced   rays planned forced  \
+        variance  same image p";
 
     /// A line of the table.
     pub fn text(&self) -> String {
-        let (Some([r, lo, hi]), Some([a, b]), Some([c, d]), Some(v), Some(p)) = (
-            self.ratio,
+        let (Some(wall), Some(cpu), Some([a, b]), Some([c, d]), Some(v), Some(p)) = (
+            self.wall,
+            self.cpu,
             self.microseconds,
             self.rays,
             self.variance,
@@ -342,8 +352,10 @@ impl Row {
             let why = self.why_not.as_deref().unwrap_or("");
             return format!("{:<13} {why}", self.forced);
         };
+        let told = |[r, lo, hi]: [f64; 3]| format!("{r:.3} ({lo:.3} … {hi:.3})");
+        let (wall, cpu) = (told(wall), told(cpu));
         format!(
-            "{:<13} {r:.3} ({lo:.3} … {hi:.3})    {a:>8.3} {b:>8.3}     {c:>8.2} {d:>8.2}    {v:>6.2}    {p:.2}",
+            "{:<13} {wall}   {cpu}    {a:>8.3} {b:>8.3}     {c:>8.2} {d:>8.2}    {v:>6.2}    {p:.2}",
             self.forced
         )
     }

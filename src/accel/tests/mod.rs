@@ -2,6 +2,7 @@
 
 mod agreement;
 mod checking;
+mod edges;
 mod instances;
 mod leaving;
 mod leaving_out;
