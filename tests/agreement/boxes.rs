@@ -75,7 +75,7 @@ fn cornell_glass_long() {
             pt: 0,
             bdpt: 1536,
             seeds: 262_144,
-            steps: 1_500_000,
+            steps: 8_000_000,
         },
         limits: Limits {
             least: 0.05,

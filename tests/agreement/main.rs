@@ -13,6 +13,7 @@ mod chains;
 mod instances;
 mod lights;
 mod materials;
+mod strategies;
 mod variants;
 
 use common::estimate::{self, Chains, Grid, Run};
