@@ -66,11 +66,11 @@ fn of(file: &str, size: [u32; 2], steps: u32, reference: Reference, limits: Limi
         let both = [against, judged(strategy.name().into(), alone)];
         all.extend(pairs(&both, limits));
     }
+    agree(file, &all);
     for p in all.iter().filter(|p| p.limit.is_finite()) {
         let (error, least) = (p.reference.variance.sqrt(), p.limit * p.reference.mean);
         assert!(error <= least / 5.0, "{}: reference ± {error}", p.name);
     }
-    agree(file, &all);
 }
 
 /// Equal shares of all strategies but one; of all for bidirectional mutations, without which nothing changes the length.
@@ -118,13 +118,19 @@ fn caustic() {
 #[test]
 #[ignore = "minutes; make test-long"]
 fn pool() {
-    let reference = Reference::Others(4);
-    of("pool/pool.pbrt", [16, 16], 200_000, reference, LIMITS);
+    let reference = Reference::Others(3);
+    of("pool/pool.pbrt", [16, 16], 100_000, reference, LIMITS);
 }
 
 #[test]
 #[ignore = "minutes; make test-long"]
 fn prism() {
-    let reference = Reference::Bdpt(1536);
-    of("prism/prism.pbrt", [16, 12], 200_000, reference, LIMITS);
+    // Dispersed paths, one wavelength of four each, are found rarely by bidirectional path tracing.
+    let limits = Limits {
+        mlt: 0.15,
+        indirect: 0.08,
+        ..LIMITS
+    };
+    let reference = Reference::Bdpt(6144);
+    of("prism/prism.pbrt", [16, 12], 200_000, reference, limits);
 }
