@@ -11,18 +11,54 @@ use glam::Vec2;
 use rayon::prelude::*;
 
 /// One camera sample's random start.
-pub struct CameraSample<const N: usize> {
+pub struct CameraSample<'a, const N: usize> {
     /// Raster point.
     pub raster: crate::real::Vec2,
     /// Filter weight (negative in a negative lobe).
     pub weight: f32,
     /// Wavelengths.
     pub lanes: Lanes<N>,
-    pixel: [u32; 2],
+    /// Pixel of the image.
+    pub pixel: [u32; 2],
     sample: u64,
+    sequence: &'a Sequence<'a>,
 }
 
-impl<const N: usize> CameraSample<N> {
+/// The points of a pixel that its samples take.
+struct Sequence<'a> {
+    filter: &'a Filter,
+    centre: Vec2,
+    /// The pixel's shifts of the sequences.
+    shift: [f64; 3],
+}
+
+impl Sequence<'_> {
+    /// Number `i` along one of the sequences, in [0, 1).
+    #[inline]
+    fn at(&self, i: u64, k: usize) -> f32 {
+        let step = [R2[0], R2[1], GOLDEN][k];
+        let at = ((self.shift[k] + i as f64 * step).fract()) as f32;
+        at.min(1.0 - f32::EPSILON / 2.0)
+    }
+
+    /// Raster point number `i` and its filter weight.
+    #[inline]
+    fn point(&self, i: u64) -> (crate::real::Vec2, f32) {
+        let u = Vec2::new(self.at(i, 0), self.at(i, 1));
+        let (offset, weight) = self.filter.sample(u);
+        ((self.centre + offset).real(), weight)
+    }
+}
+
+impl<const N: usize> CameraSample<'_, N> {
+    /// One of `n` raster points of a sample that takes so many, and its filter weight. Those of all samples of the pixel
+    /// are one sequence, which fills the pixel as evenly as one point a sample does.
+    #[inline]
+    pub fn part(&self, j: u32, n: u32) -> (crate::real::Vec2, f32) {
+        self.sequence
+            .point(self.sample * u64::from(n) + u64::from(j))
+    }
+
     /// Where it belongs in the run.
     pub fn site(&self, direct: bool) -> Site {
         Site::Pixel {
@@ -35,10 +71,13 @@ impl<const N: usize> CameraSample<N> {
 
 /// What one camera sample gathers.
 pub struct Gathered<'a> {
-    /// XYZ.
+    /// XYZ, to be weighed by the sample's filter weight.
     pub xyz: [f64; 3],
-    /// The pixel's bins and the filter weight of the sample.
-    bins: Option<(Bins, &'a mut [f64], f64)>,
+    /// XYZ that is weighed already.
+    weighed: [f64; 3],
+    weight: f64,
+    /// The pixel's bins.
+    bins: Option<(Bins, &'a mut [f64])>,
 }
 
 impl Gathered<'_> {
@@ -54,11 +93,34 @@ impl Gathered<'_> {
         }
     }
 
+    /// Adds radiance that was found at another raster point of the pixel, with a weight of its own instead of the sample's.
+    #[inline]
+    pub fn add_weighed<const N: usize>(
+        &mut self,
+        s: Spectrum<N>,
+        lanes: &Lanes<N>,
+        weight: f64,
+        tally: &mut Tally,
+    ) {
+        let xyz = lanes.xyz.map(|w| s.dot(w) as f64);
+        if tally.check(xyz[0] + xyz[1] + xyz[2]) {
+            for (sum, v) in self.weighed.iter_mut().zip(xyz) {
+                *sum += v * weight;
+            }
+            self.fill(s, lanes, weight);
+        }
+    }
+
     /// Adds `s · k` to the bins alone, if there are any.
     #[inline]
     pub fn add_to_bins<const N: usize>(&mut self, s: Spectrum<N>, lanes: &Lanes<N>, k: f64) {
-        if let Some((bins, sums, weight)) = &mut self.bins {
-            let scale = k * *weight / bins.width();
+        self.fill(s, lanes, k * self.weight);
+    }
+
+    #[inline]
+    fn fill<const N: usize>(&mut self, s: Spectrum<N>, lanes: &Lanes<N>, weight: f64) {
+        if let Some((bins, sums)) = &mut self.bins {
+            let scale = weight / bins.width();
             for (lambda, v) in lanes.lambda.single().into_iter().zip((s * lanes.nm()).0) {
                 sums[bins.index(lambda)] += v as f64 * scale;
             }
@@ -162,26 +224,23 @@ impl CameraPass {
                     let mut rng = Rng::new(seed, stage, y, x);
                     // Step 0 holds the pixel's shifts of the sequences.
                     rng.set_step(0);
-                    let shift = [rng.next_f64(), rng.next_f64(), rng.next_f64()];
+                    let sequence = Sequence {
+                        filter,
+                        centre: Vec2::new(x as f32 + 0.5, y as f32 + 0.5),
+                        shift: [rng.next_f64(), rng.next_f64(), rng.next_f64()],
+                    };
                     for i in from..until {
                         rng.set_step(i + 1);
-                        let at =
-                            |k: usize, step: f64| ((shift[k] + i as f64 * step).fract()) as f32;
-                        let u = Vec2::new(at(0, R2[0]), at(1, R2[1]))
-                            .min(Vec2::splat(1.0 - f32::EPSILON / 2.0));
-                        let (offset, weight) = filter.sample(u);
+                        let (raster, weight) = sequence.point(i);
                         let lanes = match &grey {
-                            None => Lanes::with(
-                                at(2, GOLDEN).min(1.0 - f32::EPSILON / 2.0).real(),
-                                target,
-                            ),
+                            None => Lanes::with(sequence.at(i, 2).real(), target),
                             Some(grey) => grey.lanes(target),
                         };
-                        let raster = (Vec2::new(x as f32 + 0.5, y as f32 + 0.5) + offset).real();
                         let mut gathered = Gathered {
                             xyz: [0.0; 3],
-                            bins: bins
-                                .map(|b| (b, &mut spectra[col * count..][..count], weight as f64)),
+                            weighed: [0.0; 3],
+                            weight: weight as f64,
+                            bins: bins.map(|b| (b, &mut spectra[col * count..][..count])),
                         };
                         f(
                             &mut s,
@@ -191,14 +250,17 @@ impl CameraPass {
                                 lanes,
                                 pixel: [x, y],
                                 sample: i,
+                                sequence: &sequence,
                             },
                             &mut rng,
                             &mut gathered,
                         );
-                        for (sum, v) in sum.iter_mut().zip(gathered.xyz) {
-                            *sum += v * weight as f64;
+                        let (found, weighed) = (gathered.xyz, gathered.weighed);
+                        let value = [0, 1, 2].map(|c| found[c] * weight as f64 + weighed[c]);
+                        for (sum, v) in sum.iter_mut().zip(value) {
+                            *sum += v;
                         }
-                        let y = gathered.xyz[1] * weight as f64;
+                        let y = value[1];
                         sum[3] += y * y;
                         sum[5] += y;
                         if (i + 1) % BLOCK == 0 {

@@ -1,5 +1,6 @@
 //! Metropolis light transport: chains for what is hard, a stratified pass for direct light.
 
+use super::gaze::Gazes;
 use super::keeper::unkept;
 use super::pt::add_samples;
 use super::state::{Kind, save_chains};
@@ -76,6 +77,10 @@ pub fn mlt_kept<const N: usize, A: Accel>(
     let mut spent = Tally::default();
     // It depends on scene, options and seed alone, and so is made again rather than kept.
     let i0 = test_image::<N, A>(world, options, seed, &mut spent);
+    let gazes = match options.direct {
+        Direct::Separate => Gazes::find::<N, A>(world, &mut spent),
+        Direct::InChain => Gazes::none(Crop::from(world.scene.camera.crop)),
+    };
     let mut direct = CameraPass::new(world, options.bins, stage::DIRECT, seed);
     let mut run = if let Some(state) = keeper.begin() {
         let Kind::Chains(chains, sums, _) = state.sums else {
@@ -124,7 +129,8 @@ pub fn mlt_kept<const N: usize, A: Accel>(
         done += more;
         if options.direct == Direct::Separate {
             let until = direct_for(done);
-            add_samples::<N, A>(world, &mut direct, until, Paths::Direct, &mut spent);
+            let what = (Paths::Direct, &gazes);
+            add_samples::<N, A>(world, &mut direct, until, what, &mut spent);
         }
         progress.update(clock.fraction(done).max(looks.fraction(done)));
     }

@@ -6,6 +6,7 @@ mod camera_pass;
 mod camera_sums;
 mod dither;
 mod first_hit;
+mod gaze;
 mod keeper;
 mod light_sums;
 mod mlt;

@@ -160,18 +160,25 @@ fn look<const N: usize, A: Accel>(world: &World<A>, seed: u64, block: u32) -> Su
         let mut direct = |raster, rng: &mut Rng| {
             let x = lens.sample_vertex(rng.next_vec2());
             let w = lens.direction(x.p, raster);
-            let mut light = 0.0f64;
-            let add = |_, c: Spectrum<N>| light += c.dot(lanes.target) as f64;
+            let [mut light, mut lamp] = [0.0f64; 2];
+            let add = |edges, c: Spectrum<N>| {
+                let c = c.dot(lanes.target) as f64;
+                light += c;
+                if edges == 1 && !world.emitters.has_sky() {
+                    lamp += c;
+                }
+            };
             let (paths, tally) = (Paths::Direct, &mut tally);
             radiance(world, &palette, &x, w, paths, rng, tally, add);
-            light
+            (light, lamp)
         };
         for _ in 0..TRIPLES {
             let raster = lens.sample_raster(rng.next_vec2());
-            let point = [direct(raster, &mut rng), direct(raster, &mut rng)];
+            let [(a, lamp), (b, _)] = [direct(raster, &mut rng), direct(raster, &mut rng)];
             let beside = (raster.floor() + rng.next_vec2()).clamp(lens.lo, lens.hi);
-            let beside = direct(beside, &mut rng);
-            sums.tiles.direct(place(raster), point, beside);
+            let (beside, other) = direct(beside, &mut rng);
+            let lamps = [lamp, other];
+            sums.tiles.direct(place(raster), [a, b], beside, lamps);
         }
         let mut indirect = 0.0;
         sampler.sample(world, &lanes, raster, &mut rng, &mut tally);

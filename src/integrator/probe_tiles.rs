@@ -31,6 +31,8 @@ struct Triple {
     point: [f64; 2],
     /// Elsewhere in its pixel.
     beside: f64,
+    /// Of the first and the last of them, what does not come from lamps that are seen themselves.
+    scattered: [f64; 2],
 }
 
 /// The tiles of an image, row by row, and samples on them.
@@ -52,12 +54,14 @@ impl Tiles {
     }
 
     /// Takes three samples of direct light at a place of the unit square: two at one raster point, one in the same pixel.
-    pub fn direct(&mut self, at: Vec2, point: [f64; 2], beside: f64) {
+    /// `lamps` is how much of the first and the last comes from lamps that are seen themselves.
+    pub fn direct(&mut self, at: Vec2, point: [f64; 2], beside: f64, lamps: [f64; 2]) {
         let tile = tile(at);
         self.triples.push(Triple {
             tile,
             point,
             beside,
+            scattered: [point[0] - lamps[0], beside - lamps[1]],
         });
         let (n, sum) = &mut self.tiles.as_flattened_mut()[tile].direct;
         (*n, *sum) = (*n + 3.0, *sum + point[0] + point[1] + beside);
@@ -107,6 +111,7 @@ impl Tiles {
     /// Variance of one sample of direct light at a raster point, relative to the square of its tile's light; and what is
     /// added by sampling anywhere in the pixel, relative to the pixel's own light where that is brighter. At an edge the two
     /// sides are what the pixel consists of, and count 2 at most; a point that is bright once in many samples is not bright.
+    /// The edges of lamps themselves do not count: gazes see to them.
     pub fn variances(&self) -> [f64; 2] {
         let lights = self.lights();
         let mean = |triples: &dyn Fn(&Triple) -> f64| {
@@ -117,11 +122,10 @@ impl Tiles {
             if light > 0.0 { v } else { 0.0 }
         };
         let noise = |t: &Triple| relative(t.point[0], t.point[1], lights[t.tile].2);
-        let own = |t: &Triple, b: f64| {
-            let a = t.point[0];
-            relative(a, b, lights[t.tile].2.max(0.5 * (a + b)))
+        let own = |t: &Triple, b: f64, [c, d]: [f64; 2]| {
+            relative(c, d, lights[t.tile].2.max(0.5 * (t.point[0] + b)))
         };
-        let edges = |t: &Triple| own(t, t.beside) - own(t, t.point[1]);
+        let edges = |t: &Triple| own(t, t.beside, t.scattered) - own(t, t.point[1], t.point);
         // A difference of two estimates, so that it may come out below 0 where there is nothing.
         [mean(&noise), mean(&edges).max(0.0)]
     }
@@ -147,20 +151,24 @@ mod tests {
             let at = Vec2::new((i % 8) as f32, (i / 8) as f32) / 8.0;
             tiles.indirect(at, 0.0);
             for _ in 0..8 {
-                tiles.direct(at, [1.0, 1.0], 1.0);
+                tiles.direct(at, [1.0, 1.0], 1.0, [0.0; 2]);
             }
         }
         let [noise, edges] = tiles.variances();
         assert_eq!([noise, edges], [0.0, 0.0]);
         // Both of a triple's points on one side: no noise, all of it edge, and no more than 2 however bright the lamp.
         let mut edge = tiles.clone();
-        edge.direct(Vec2::ZERO, [1.0, 1.0], 1e6);
+        edge.direct(Vec2::ZERO, [1.0, 1.0], 1e6, [0.0; 2]);
         let [noise, edges] = edge.variances();
         let n = 513.0;
         assert!(noise == 0.0 && (edges * n - 2.0).abs() < 1e-4, "{edges}");
+        // If it is the lamp's own edge, gazes find it.
+        let mut lamp = tiles.clone();
+        lamp.direct(Vec2::ZERO, [1.0, 1.0], 1e6, [0.0, 1e6 - 1.0]);
+        assert_eq!(lamp.variances(), [0.0, 0.0]);
         // A point that is bright once in two samples is noise, relative to the tile's light and not to its own.
         let mut bright = tiles.clone();
-        bright.direct(Vec2::ZERO, [100.0, 0.0], 0.0);
+        bright.direct(Vec2::ZERO, [100.0, 0.0], 0.0, [0.0; 2]);
         let [noise, _] = bright.variances();
         let light = (24.0 + 100.0) / 27.0;
         assert!((noise * n / (0.5 * (100.0f64 / light).powi(2)) - 1.0).abs() < 1e-12);

@@ -1,11 +1,12 @@
 //! Path tracing.
 
 use super::camera_pass::{CameraPass, lens_vertex};
+use super::gaze::{Gazes, gaze};
 use super::keeper::unkept;
 use super::sample::{Sampling, sample};
 use super::{Budget, Keeper, Nobody, Paths, Progress, Rendered, Stop, radiance};
 use crate::accel::Accel;
-use crate::film::{Bins, Malformed};
+use crate::film::{Bins, Crop, Malformed};
 use crate::path::{Palette, Tally, World};
 use crate::scene::spectrum::Lanes;
 use std::sync::Mutex;
@@ -51,17 +52,19 @@ pub fn pt_kept<const N: usize, A: Accel>(
     keeper: &mut dyn Keeper,
 ) -> Result<Rendered, Malformed> {
     let add = |pass: &mut CameraPass, until: f64, tally: &mut Tally| {
-        add_samples::<N, A>(what.world, pass, until, Paths::All, tally);
+        let crop = Crop::from(what.world.scene.camera.crop);
+        let gazes = Gazes::none(crop);
+        add_samples::<N, A>(what.world, pass, until, (Paths::All, &gazes), tally);
     };
     sample(what, &add, None, progress, tally, keeper)
 }
 
-/// Adds path-traced samples to a pass until there are `until` a pixel, in the mean.
-pub fn add_samples<const N: usize, A: Accel>(
+/// Adds path-traced samples to a pass until there are `until` a pixel, in the mean. Divided pixels see lamps by gazes.
+pub(super) fn add_samples<const N: usize, A: Accel>(
     world: &World<A>,
     pass: &mut CameraPass,
     until: f64,
-    paths: Paths,
+    (paths, gazes): (Paths, &Gazes),
     tally: &mut Tally,
 ) {
     let total = Mutex::new(Tally::default());
@@ -73,9 +76,15 @@ pub fn add_samples<const N: usize, A: Accel>(
             let lens = lens_vertex(world, rng);
             let w = world.lens.direction(lens.p, s.raster);
             let mut faults = Tally::default();
-            radiance(world, palette, &lens, w, paths, rng, tally, |_, c| {
-                sum.add(c, &s.lanes, &mut faults);
+            let gazes = gazes.divided(s.pixel);
+            radiance(world, palette, &lens, w, paths, rng, tally, |edges, c| {
+                if edges > 1 || !gazes {
+                    sum.add(c, &s.lanes, &mut faults);
+                }
             });
+            if gazes {
+                gaze(world, palette, (s, sum), rng, tally, &mut faults);
+            }
             if faults.impossible() > 0 {
                 world.sites.note(s.site(paths == Paths::Direct));
             }

@@ -118,8 +118,16 @@ fn caustic() {
 #[test]
 #[ignore = "minutes; make test-long"]
 fn pool() {
+    // Strategies alone seldom find the way into the water and out of it: what is scattered twice comes out 9 % off.
+    let limits = Limits {
+        least: 0.2,
+        mlt: 0.5,
+        indirect: 0.15,
+        tile: 0.5,
+        ..LIMITS
+    };
     let reference = Reference::Others(3);
-    of("pool/pool.pbrt", [16, 16], 100_000, reference, LIMITS);
+    of("pool/pool.pbrt", [16, 16], 100_000, reference, limits);
 }
 
 #[test]
