@@ -95,30 +95,22 @@ const LIMITS: Limits = Limits {
     tile: 0.1,
 };
 
+/// A scene in which bidirectional path tracing converges.
+fn of_bdpt(file: &str) {
+    let reference = Reference::Bdpt(1536);
+    of((file, u32::MAX), [16, 16], 200_000, reference, LIMITS);
+}
+
 #[test]
 #[ignore = "minutes; make test-long"]
 fn cornell_glass() {
-    let reference = Reference::Bdpt(1536);
-    of(
-        ("cornell-glass/cornell-glass.pbrt", u32::MAX),
-        [16, 16],
-        200_000,
-        reference,
-        LIMITS,
-    );
+    of_bdpt("cornell-glass/cornell-glass.pbrt");
 }
 
 #[test]
 #[ignore = "minutes; make test-long"]
 fn caustic() {
-    let reference = Reference::Bdpt(1536);
-    of(
-        ("caustic/caustic-x1.pbrt", u32::MAX),
-        [16, 16],
-        200_000,
-        reference,
-        LIMITS,
-    );
+    of_bdpt("caustic/caustic-x1.pbrt");
 }
 
 #[test]
@@ -147,8 +139,8 @@ fn pool() {
 fn prism() {
     // Dispersed paths, one wavelength of four each, are found rarely, by bidirectional path tracing too. Those of six edges
     // and more carry 1 % of the light in bursts so rare that chains of this length seldom have one: their spread over the
-    // repeats then says less than it is, and no t-test holds. (With eight times the steps it is twice as large, and six
-    // edges come out within 0.7 of it.)
+    // repeats then says less than it is, and no t-test holds. (With eight times the steps it is nearly three times as
+    // large, and six edges come out within 0.7 of it.)
     let limits = Limits {
         mlt: 0.3,
         indirect: 0.12,
