@@ -14,6 +14,7 @@
 //! pair among the entries that the chain's state still remembers. The quota keeps P·quota above [`ROUND`], so that fifty
 //! entries remembered, more than a thousand pairs, make 3·10⁻³; between chains dependence does no harm.
 
+use super::permutation::at_each;
 use super::poisson::{Pattern, TILE};
 use super::{Permutation, Rng};
 use crate::real::{Convert, Real, Vec2};
@@ -115,8 +116,21 @@ pub struct Entries {
     base: Rng,
     /// The round last dealt from, and its order.
     rover: (u64, Permutation),
+    /// j / [`AHEAD`] of the entries looked up last, and where they stand.
+    ahead: (u64, [Place; AHEAD]),
     /// j: entries dealt.
     pub dealt: u64,
+}
+
+/// Entries looked up at once.
+const AHEAD: usize = 8;
+
+/// Where an entry stands in its round's order.
+#[derive(Clone, Copy, Debug, Default)]
+struct Place {
+    number: u64,
+    round: u64,
+    place: u64,
 }
 
 /// What a stream of the table is for. Streams of one table differ by their step: a number of this kind.
@@ -143,6 +157,7 @@ impl Entries {
             pattern: Pattern::get(),
             base,
             rover: (0, order),
+            ahead: (u64::MAX, [Place::default(); AHEAD]),
             dealt: 0,
         }
     }
@@ -157,21 +172,56 @@ impl Entries {
     pub fn deal(&mut self) -> Entry {
         let j = self.dealt;
         self.dealt += 1;
-        let Table { chains, uses, .. } = self.table;
-        let order = Permutation::new(u64::from(chains), &mut self.stream(Use::Chains, j));
-        let number = j * u64::from(chains.div_ceil(uses))
-            + order.at(u64::from(self.chain)) / u64::from(uses);
-        self.entry(number)
+        let batch = j / AHEAD as u64;
+        if self.ahead.0 != batch {
+            self.look_ahead(batch);
+        }
+        self.entry(self.ahead.1[j as usize % AHEAD])
     }
 
-    fn entry(&mut self, number: u64) -> Entry {
-        let cells = self.cells.len();
-        let (round, i) = (number / (cells * self.quota), number % (cells * self.quota));
+    /// Finds the places of [`AHEAD`] entries.
+    #[inline(never)]
+    fn look_ahead(&mut self, batch: u64) {
+        let Table { chains, uses, .. } = self.table;
+        let js: [u64; AHEAD] = std::array::from_fn(|i| batch * AHEAD as u64 + i as u64);
+        let orders =
+            js.map(|j| Permutation::new(u64::from(chains), &mut self.stream(Use::Chains, j)));
+        let dealt = at_each(&orders, u64::from(self.chain));
+        let numbers = std::array::from_fn(|i| {
+            js[i] * u64::from(chains.div_ceil(uses)) + dealt[i] / u64::from(uses)
+        });
+        self.ahead = (batch, self.places(numbers));
+    }
+
+    /// Where entries stand, their numbers rising.
+    fn places<const B: usize>(&mut self, numbers: [u64; B]) -> [Place; B] {
+        let length = self.cells.len() * self.quota;
+        let round = numbers[0] / length;
+        if numbers[B - 1] / length != round {
+            return numbers.map(|n| self.places([n])[0]);
+        }
         if self.rover.0 != round {
             let mut rng = self.stream(Use::Round, round);
-            self.rover = (round, Permutation::new(cells * self.quota, &mut rng));
+            self.rover = (round, Permutation::new(length, &mut rng));
         }
-        let place = self.rover.1.at(i);
+        let places = self.rover.1.at_all(numbers.map(|n| n % length));
+        std::array::from_fn(|i| Place {
+            number: numbers[i],
+            round,
+            place: places[i],
+        })
+    }
+
+    #[inline]
+    fn entry(
+        &self,
+        Place {
+            number,
+            round,
+            place,
+        }: Place,
+    ) -> Entry {
+        let cells = self.cells.len();
         let (pass, cell) = (place / cells, place % cells);
         let cell = [cell % self.cells.count[0], cell / self.cells.count[0]];
         let mut shift = self.stream(Use::Pass, round * self.quota + pass);
@@ -301,7 +351,8 @@ mod tests {
         let cell = |u: Vec2| (u.x * 32.0) as usize + 32 * (u.y * 32.0) as usize;
         for group in 0..runs {
             let mut e = Entries::new(table(group, 4, 2), 1, cells);
-            let r = e.entry(5).raster;
+            let [place] = e.places([5]);
+            let r = e.entry(place).raster;
             counts[0][cell((r - lo) / (hi - lo))] += 1;
             counts[1][cell(r - r.floor())] += 1;
         }

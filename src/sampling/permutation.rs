@@ -37,23 +37,53 @@ impl Permutation {
     /// The image of `i` < n.
     #[inline]
     pub fn at(&self, i: u64) -> u64 {
-        let mut v = self.network(i);
-        // Fewer than √n places lie beyond n: one pass is the rule.
-        while v >= self.n {
-            v = self.network(v);
-        }
-        turned(v, self.turn, self.n)
+        let [image] = self.at_all([i]);
+        image
     }
 
+    /// The images of several numbers < n. What one costs is mostly waiting for its last round: several overlap.
     #[inline]
-    fn network(&self, v: u64) -> u64 {
-        let (mut l, mut r) = (v / self.b, v % self.b);
-        for k in self.keys.chunks_exact(2) {
-            l = turned(l, below(mix(k[0] ^ r), self.a), self.a);
-            r = turned(r, below(mix(k[1] ^ l), self.b), self.b);
-        }
-        l * self.b + r
+    pub fn at_all<const B: usize>(&self, i: [u64; B]) -> [u64; B] {
+        images(i.map(|i| (self, i)))
     }
+}
+
+/// The image of `i` < n under each of several permutations of the same n; see [`Permutation::at_all`].
+#[inline]
+pub fn at_each<const B: usize>(permutations: &[Permutation; B], i: u64) -> [u64; B] {
+    images(permutations.each_ref().map(|p| (p, i)))
+}
+
+/// Of each number under its permutation, all of the same n.
+#[inline]
+fn images<const B: usize>(of: [(&Permutation, u64); B]) -> [u64; B] {
+    let p = of.map(|o| o.0);
+    let mut v = network(p, of.map(|o| o.1));
+    // Fewer than √n places lie beyond n: one pass is the rule.
+    while std::iter::zip(v, p).any(|(v, p)| v >= p.n) {
+        let again = network(p, v);
+        for (v, (again, p)) in v.iter_mut().zip(std::iter::zip(again, p)) {
+            if *v >= p.n {
+                *v = again;
+            }
+        }
+    }
+    std::array::from_fn(|l| turned(v[l], p[l].turn, p[l].n))
+}
+
+#[inline]
+fn network<const B: usize>(of: [&Permutation; B], v: [u64; B]) -> [u64; B] {
+    let (a, b) = (of[0].a, of[0].b);
+    let (mut l, mut r) = (v.map(|v| v / b), v.map(|v| v % b));
+    for k in (0..ROUNDS).step_by(2) {
+        for i in 0..B {
+            l[i] = turned(l[i], below(mix(of[i].keys[k] ^ r[i]), a), a);
+        }
+        for i in 0..B {
+            r[i] = turned(r[i], below(mix(of[i].keys[k + 1] ^ l[i]), b), b);
+        }
+    }
+    std::array::from_fn(|i| l[i] * b + r[i])
 }
 
 /// i + by modulo n, both below n.
@@ -72,6 +102,19 @@ fn below(bits: u64, n: u64) -> u64 {
 mod tests {
     use super::*;
     use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+    #[test]
+    fn several_at_once_are_what_each_is_alone() {
+        let mut rng = Rng::new(3, 0, 0, 0);
+        for n in [1, 2, 10, 16, 61, 10_007] {
+            let several: [_; 8] = std::array::from_fn(|_| Permutation::new(n, &mut rng));
+            for _ in 0..200 {
+                let i: [u64; 8] = std::array::from_fn(|_| rng.next_below(n));
+                assert_eq!(several[0].at_all(i), i.map(|i| several[0].at(i)));
+                assert_eq!(at_each(&several, i[0]), several.map(|p| p.at(i[0])));
+            }
+        }
+    }
 
     #[test]
     fn every_number_comes_once() {
