@@ -1,6 +1,7 @@
 //! The Markov step: choose a strategy, propose, accept or reject.
 
-use super::{ChainStats, Direct, MltOptions, Shares, Sink, TestImage};
+use super::choice::{Choices, Suited};
+use super::{ChainStats, Direct, MltOptions, Sink, TestImage};
 use crate::accel::Accel;
 use crate::mutation::{Context, Strategy, Workspace};
 use crate::path::{Ends, Path, Pool, Site, World};
@@ -60,6 +61,7 @@ pub struct Setting<'a, A: Accel> {
     pub options: &'a MltOptions,
     /// I0 by which the target is divided; 1 everywhere without it.
     pub test_image: Option<&'a TestImage>,
+    choices: Choices,
 }
 
 impl<'a, A: Accel> Setting<'a, A> {
@@ -69,60 +71,20 @@ impl<'a, A: Accel> Setting<'a, A> {
             world,
             options,
             test_image: None,
+            choices: Choices::new(&options.shares),
         }
+    }
+
+    /// With this test image, if there is one.
+    pub fn with_test_image(mut self, i0: Option<&'a TestImage>) -> Self {
+        self.test_image = i0;
+        self
     }
 
     /// I0 at a raster point.
     #[inline]
     pub fn i0(&self, raster: Vec2) -> f64 {
         self.test_image.map_or(1.0, |i| i.at(raster))
-    }
-}
-
-/// The strategies that may be chosen at a path, a bit each.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Suited(u32);
-
-impl Suited {
-    /// Those of a path. A strategy without a share is never asked.
-    #[inline]
-    fn to<const N: usize, A: Accel>(set: &Setting<A>, x: &Path<N>, pool: &Pool<N>) -> Self {
-        let mut bits = 0;
-        for (i, s) in Strategy::ALL.into_iter().enumerate() {
-            let suits = set.options.shares.0[i] > 0.0 && s.suits(set.world.dispersive, x, pool);
-            bits |= (suits as u32) << i;
-        }
-        Self(bits)
-    }
-
-    /// The shares of the strategies that suit, 0 for others.
-    #[inline]
-    fn weights(self, shares: &Shares) -> impl Iterator<Item = f64> {
-        let all = shares.0.iter().enumerate();
-        all.map(move |(i, s)| if self.0 >> i & 1 == 1 { *s } else { 0.0 })
-    }
-
-    /// Which strategy, for a uniform `u` in [0, 1). At least one suits.
-    #[inline]
-    fn pick(self, shares: &Shares, u: f64) -> usize {
-        let mut r = u * self.weights(shares).sum::<f64>();
-        let mut chosen = 0;
-        for (i, w) in self.weights(shares).enumerate() {
-            if w > 0.0 {
-                chosen = i;
-                if r < w {
-                    break;
-                }
-                r -= w;
-            }
-        }
-        chosen
-    }
-
-    /// Sum of the shares: the probability of a strategy is its own share over this.
-    #[inline]
-    fn total(self, shares: &Shares) -> f64 {
-        self.weights(shares).sum()
     }
 }
 
@@ -184,13 +146,13 @@ impl<const N: usize> Chain<N> {
         self.step += 1;
         let (x, pool) = (&self.x, &self.ws.pool);
         let at_x = *self.suited.get_or_insert_with(|| Suited::to(set, x, pool));
-        let shares = &set.options.shares;
+        let choice = set.choices.among(at_x);
         // Splats are f/τ, and the chain visits a path in proportion to τ/I0.
         let stay = set.i0(self.x.raster);
         let mut turn = Turn {
             strategy: None,
             ratio: None,
-            there: at_x.total(shares),
+            there: choice.total,
             back: 0.0,
             stay,
             go: stay,
@@ -198,10 +160,10 @@ impl<const N: usize> Chain<N> {
             accepted: false,
             at_y: at_x,
         };
-        if at_x.0 == 0 {
+        if at_x.is_empty() {
             return turn;
         }
-        let chosen = at_x.pick(shares, self.rng.next_f64());
+        let chosen = choice.pick(self.rng.next_f64());
         let strategy = Strategy::ALL[chosen];
         turn.strategy = Some(strategy);
         self.stats.strategies[chosen].proposed += 1;
@@ -219,7 +181,7 @@ impl<const N: usize> Chain<N> {
             self.stats.strategies[chosen].constructed += 1;
             turn.at_y = Suited::to(set, &self.ws.y, &self.ws.pool);
             // No way back where the strategy does not suit y.
-            turn.back = (turn.at_y.0 >> chosen & 1) as f64 / turn.at_y.total(shares);
+            turn.back = turn.at_y.has(chosen) * set.choices.among(turn.at_y).inverse;
             turn.go = set.i0(self.ws.y.raster);
             let ratio = ratio * turn.there * turn.back * (stay / turn.go);
             if self.stats.tally.check(ratio) {

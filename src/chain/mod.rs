@@ -1,6 +1,7 @@
 //! Markov chains: seeding, the step, blocks and their schedule.
 
 mod again;
+mod choice;
 mod direct_rate;
 mod markov;
 mod options;

@@ -99,11 +99,8 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
             }
             let g = self.generation.as_mut().expect("just begun");
             let now = rounds.min(self.options.rounds_per_generation as u64 - g.rounds);
-            let set = Setting {
-                world: self.world,
-                options: &self.options,
-                test_image: self.test_image.as_ref(),
-            };
+            let set =
+                Setting::new(self.world, &self.options).with_test_image(self.test_image.as_ref());
             let (idle, filter) = (&self.idle, &self.filter);
             let Sums {
                 shape,
@@ -158,11 +155,7 @@ impl<'a, A: Accel, const N: usize> Mlt<'a, A, N> {
                 .for_each(|m| self.sums.stats += m.chain.stats);
         }
         let (world, options, seed, sums) = (self.world, &self.options, self.seed, &self.sums);
-        let set = Setting {
-            world,
-            options,
-            test_image: self.test_image.as_ref(),
-        };
+        let set = Setting::new(world, options).with_test_image(self.test_image.as_ref());
         let seeded: Vec<Seeded<N>> = (0..options.groups)
             .into_par_iter()
             .map(|group| {

@@ -74,10 +74,6 @@ fn lanes<const N: usize, W: Work>(
     let decisions = Decisions::new::<N, Asked>(args, job, &world, &mut Tally::default());
     let options = mlt_options(args, job, &decisions);
     let i0 = test_image::<N, Asked>(&world, &options, args.seed, &mut Tally::default());
-    let set = Setting {
-        world: &world,
-        options: &options,
-        test_image: i0.as_ref(),
-    };
+    let set = Setting::new(&world, &options).with_test_image(i0.as_ref());
     work.run::<N>(&set, args.seed)
 }

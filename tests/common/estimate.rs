@@ -268,11 +268,7 @@ pub fn mlt<const N: usize, A: Accel>(
     let options = &chains.options;
     Run::new(grid, repeats, |r, sums, tally| {
         let i0 = test_image::<N, A>(world, options, seed + r as u64, tally);
-        let set = Setting {
-            world,
-            options,
-            test_image: i0.as_ref(),
-        };
+        let set = Setting::new(world, options).with_test_image(i0.as_ref());
         let batch = seed_group::<N, A>(&set, seed, 0, r, tally);
         let mut sampler = Sampler::new(world.max_edges);
         let scale = batch.target / (options.chains as f64 * chains.steps as f64);
