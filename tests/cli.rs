@@ -88,6 +88,33 @@ fn a_pipe_gets_no_progress_bar_and_quiet_gets_nothing() {
     assert_eq!(stderr(&done), "");
 }
 
+/// `metrolux … | head -0`: what is printed has no reader any more.
+#[test]
+fn a_reader_that_has_seen_enough_is_no_fault() {
+    let dir = Folder::new();
+    let out = dir.path("a.exr");
+    small_render(&cornell(), &out).assert().code(0);
+    let (scene, image) = (cornell(), out.as_path());
+    let commands: [&[&std::ffi::OsStr]; 4] = [
+        &["plan".as_ref(), scene.as_ref()],
+        &["compare".as_ref(), image.as_ref(), image.as_ref()],
+        &["completions".as_ref(), "bash".as_ref()],
+        &["man".as_ref()],
+    ];
+    for args in commands {
+        let (reader, writer) = std::io::pipe().expect("a pipe");
+        drop(reader);
+        let mut c = std::process::Command::new(env!("CARGO_BIN_EXE_metrolux"));
+        let done = c.args(args).stdout(writer).output().expect("it ran");
+        let told = String::from_utf8_lossy(&done.stderr);
+        assert_eq!(
+            (done.status.code(), told.as_ref()),
+            (Some(0), ""),
+            "{args:?}"
+        );
+    }
+}
+
 #[test]
 fn a_bad_scene_is_2_and_says_where() {
     let dir = Folder::new();

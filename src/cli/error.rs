@@ -24,6 +24,9 @@ pub enum CliError {
     /// A comparison did not come about.
     #[error("{0}")]
     Compare(#[from] CompareError),
+    /// Stdout takes no more.
+    #[error("cannot print: {0}")]
+    Stdout(std::io::Error),
     /// An interrupt before there was a result; what is done is kept.
     #[error("{0}")]
     Stopped(String),
@@ -39,6 +42,7 @@ impl CliError {
             Self::Scene(_) | Self::Usage(_) => 2,
             Self::Output(e) => e.exit_code(),
             Self::Compare(e) => e.exit_code(),
+            Self::Stdout(_) => 4,
             Self::Stopped(_) => 75,
             Self::Accel(_) | Self::Internal(_) => 1,
         }

@@ -1,5 +1,6 @@
 //! Shell completions and the manual page, made from the same definitions as `--help`.
 
+use super::outlet::Outlet;
 use super::{Cli, CliError};
 use clap::{Args, CommandFactory};
 use std::process::ExitCode;
@@ -17,7 +18,7 @@ pub fn completions(args: &CompletionsArgs) -> Result<ExitCode, CliError> {
         args.shell,
         &mut Cli::command(),
         "metrolux",
-        &mut std::io::stdout(),
+        &mut Outlet::new(),
     );
     Ok(ExitCode::SUCCESS)
 }
@@ -25,7 +26,7 @@ pub fn completions(args: &CompletionsArgs) -> Result<ExitCode, CliError> {
 /// Prints the manual page to stdout.
 pub fn man() -> Result<ExitCode, CliError> {
     clap_mangen::Man::new(Cli::command())
-        .render(&mut std::io::stdout())
-        .map_err(|e| CliError::Internal(format!("cannot print the manual page: {e}")))?;
+        .render(&mut Outlet::new())
+        .map_err(CliError::Stdout)?;
     Ok(ExitCode::SUCCESS)
 }

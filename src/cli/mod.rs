@@ -19,6 +19,7 @@ mod layers;
 mod manual;
 mod merge;
 mod mutate;
+mod outlet;
 mod parse;
 mod pilots;
 mod plan;
@@ -46,6 +47,7 @@ pub use error::CliError;
 pub use merge::is_part;
 
 use clap::{Parser, Subcommand};
+use outlet::Outlet;
 use std::process::ExitCode;
 
 /// Metropolis light transport in path space, with spectra, on Embree.
@@ -101,13 +103,13 @@ pub fn main() -> ExitCode {
         Command::Batch(args) => batch::run(&args),
         Command::Merge(args) => merge::run(&args),
         Command::Job(args) => farm::run(&args),
-        Command::Compare(args) => compare::run(&args, &mut std::io::stdout())
+        Command::Compare(args) => compare::run(&args, &mut Outlet::new())
             .map(ExitCode::from)
             .map_err(CliError::from),
-        Command::Replay(args) => replay::run(&args, &mut std::io::stdout()),
-        Command::Verify(args) => verify::run(&args, &mut std::io::stdout()),
-        Command::BenchAccel(args) => bench_accel::run(&args, &mut std::io::stdout()),
-        Command::CheckRays(args) => check_rays::run(&args, &mut std::io::stdout()),
+        Command::Replay(args) => replay::run(&args, &mut Outlet::new()),
+        Command::Verify(args) => verify::run(&args, &mut Outlet::new()),
+        Command::BenchAccel(args) => bench_accel::run(&args, &mut Outlet::new()),
+        Command::CheckRays(args) => check_rays::run(&args, &mut Outlet::new()),
         Command::Study(args) => study::run(&args),
         Command::Predict(args) => predict::run(&args),
         Command::Completions(args) => manual::completions(&args),

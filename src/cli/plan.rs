@@ -4,6 +4,7 @@ use super::CliError;
 use super::decide::Decisions;
 use super::engine::{self, Prepared};
 use super::inspect::embree_options;
+use super::outlet::print;
 use super::plan_measure::{Row, measure};
 use super::plan_memory::{Memory, megabytes};
 use super::render_args::{AccelArg, RenderArgs};
@@ -185,31 +186,33 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode, CliError> {
             refused: &scene.warnings,
         };
         let text = serde_json::to_string_pretty(&told);
-        println!("{}", text.map_err(|e| CliError::Internal(e.to_string()))?);
+        print(text.map_err(|e| CliError::Internal(e.to_string()))?)?;
         return Ok(ExitCode::SUCCESS);
     }
     let [w, h] = scene.camera.resolution;
-    println!("{}: {integrator}, {w}x{h}", args.render.scene.display());
-    print!("{}", plan.text());
+    print(format_args!(
+        "{}: {integrator}, {w}x{h}",
+        args.render.scene.display()
+    ))?;
+    print(plan.text().trim_end_matches('\n'))?;
     if let Some(decided) = &decisions {
         let [direct, stages] = decided.text();
-        println!("shares         {}", decided.shares());
-        println!("direct light   {direct}");
-        println!("stages         {stages}");
+        print(format_args!("shares         {}", decided.shares()))?;
+        print(format_args!("direct light   {direct}"))?;
+        print(format_args!("stages         {stages}"))?;
     }
-    println!("embree         {}", flags.text());
+    print(format_args!("embree         {}", flags.text()))?;
     let parts = memory.parts.iter().filter(|p| p.1 > 0);
     let parts: Vec<String> = parts
         .map(|(name, bytes)| format!("{name} {}", megabytes(*bytes)))
         .collect();
-    println!(
-        "memory         about {}: {}",
-        megabytes(memory.total()),
-        parts.join(", ")
-    );
-    match &scene.warnings[..] {
-        [] => println!("refused        nothing"),
-        all => all.iter().for_each(|w| println!("refused        {w}")),
+    let (total, parts) = (megabytes(memory.total()), parts.join(", "));
+    print(format_args!("memory         about {total}: {parts}"))?;
+    if scene.warnings.is_empty() {
+        print("refused        nothing")?;
+    }
+    for w in &scene.warnings {
+        print(format_args!("refused        {w}"))?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -220,20 +223,22 @@ const ROUNDS: u64 = 48;
 fn measured(args: &PlanArgs) -> Result<ExitCode, CliError> {
     let mut rows = Vec::new();
     if !args.json {
-        println!("{}", Row::HEAD);
+        print(Row::HEAD)?;
     }
+    let mut printed = Ok(());
     let rounds = args.render.rounds.unwrap_or(ROUNDS);
     measure(&args.render, rounds, args.repeats as usize, |row| {
         if args.json {
             let row = serde_json::to_value(row);
             rows.push(row.unwrap_or_default());
-        } else {
-            println!("{}", row.text());
+        } else if printed.is_ok() {
+            printed = print(row.text());
         }
     })?;
+    printed?;
     if args.json {
         let text = serde_json::to_string_pretty(&rows);
-        println!("{}", text.map_err(|e| CliError::Internal(e.to_string()))?);
+        print(text.map_err(|e| CliError::Internal(e.to_string()))?)?;
     }
     Ok(ExitCode::SUCCESS)
 }

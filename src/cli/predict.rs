@@ -3,6 +3,7 @@
 use super::CliError;
 use super::bar::Bar;
 use super::engine::Prepared;
+use super::outlet::print;
 use super::parse::{duration, positive};
 use super::pilots::{Clock, Pilots, first_look};
 use super::study::parse;
@@ -88,12 +89,10 @@ pub fn run(args: &PredictArgs) -> Result<ExitCode, CliError> {
         ..told
     };
     if args.json {
-        println!(
-            "{}",
-            serde_json::to_string(&told).map_err(|e| CliError::Internal(e.to_string()))?
-        );
+        let text = serde_json::to_string(&told);
+        print(text.map_err(|e| CliError::Internal(e.to_string()))?)?;
     } else {
-        print(args, &told, chains);
+        tell(args, &told, chains)?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -127,25 +126,25 @@ fn conclude(
     }
 }
 
-fn print(args: &PredictArgs, t: &Told, chains: bool) {
+fn tell(args: &PredictArgs, t: &Told, chains: bool) -> Result<(), CliError> {
     let what = if chains { "rounds" } else { "samples a pixel" };
     let whole = |v: f64| format!("{v:.0}");
     match args.target_error {
-        Some(target) => println!(
+        Some(target) => print(format_args!(
             "{} to an error of {} with {}, after {} {what}; expected error there {}",
             bounds(t.seconds, time),
             percent(target),
             t.integrator,
             bounds(t.rounds, whole),
             percent(t.error.value)
-        ),
-        None => println!(
+        ))?,
+        None => print(format_args!(
             "error {} after {} with {}, {} {what}",
             bounds(t.error, percent),
             time(t.seconds.value),
             t.integrator,
             digits(t.rounds.value)
-        ),
+        ))?,
     }
     if !args.quiet {
         eprintln!(
@@ -157,4 +156,5 @@ fn print(args: &PredictArgs, t: &Told, chains: bool) {
             100.0 * t.confidence
         );
     }
+    Ok(())
 }

@@ -47,7 +47,7 @@ pub fn run(args: &ReplayArgs, out: &mut impl Write) -> Result<ExitCode, CliError
     let accel = inspect::backend(&args.render, &prepared.scene)?;
     let (text, faults) = inspect::work_on(&args.render, &prepared, accel.as_ref(), Again(args))??;
     let written = out.write_all(text.as_bytes());
-    written.map_err(|e| CliError::Internal(format!("cannot print: {e}")))?;
+    written.map_err(CliError::Stdout)?;
     Ok(ExitCode::from(if faults > 0 { 3 } else { 0 }))
 }
 

@@ -2,6 +2,7 @@
 
 use super::CliError;
 use super::bar::Bar;
+use super::outlet::print;
 use super::parse::{duration, positive_count};
 use super::render_args::{self, RenderArgs};
 use super::signals::Signals;
@@ -140,7 +141,7 @@ pub fn run(args: &StudyArgs) -> Result<ExitCode, CliError> {
     if let Some(line) = study.doubt() {
         eprintln!("warning: {line}");
     }
-    print!("{}", crate::study::words::report(&study));
+    print(crate::study::words::report(&study).trim_end_matches('\n'))?;
     if !args.quiet {
         let page = store.file("index.html");
         eprintln!(

@@ -1,6 +1,7 @@
 //! Switches of Metropolis light transport that nobody needs for a picture: `study` turns them to show what they bring, and
 //! `render` takes them, so that each of its points can be made again.
 
+use super::parse::positive;
 use crate::chain::{DirectRate, MltOptions};
 use crate::study::sums::Sums;
 use clap::Args;
@@ -24,7 +25,7 @@ pub struct Tuning {
     #[arg(long, hide = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 24))]
     pub seeds: Option<u32>,
     /// Samples a pixel of the direct pass for each mutation a pixel
-    #[arg(long, hide = true, value_name = "R")]
+    #[arg(long, hide = true, value_name = "R", value_parser = positive)]
     pub direct_rate: Option<f64>,
     /// Add up the image in single precision (with --direct chain and --rounds)
     #[arg(long, hide = true, value_enum, requires = "rounds", conflicts_with_all = ["two_stage", "spectral", "target_error"])]

@@ -72,7 +72,7 @@ pub fn run(args: &VerifyArgs, out: &mut impl Write) -> Result<ExitCode, CliError
 
 fn print(out: &mut impl Write, text: &str) -> Result<(), CliError> {
     let written = out.write_all(text.as_bytes());
-    written.map_err(|e| CliError::Internal(format!("cannot print: {e}")))
+    written.map_err(CliError::Stdout)
 }
 
 struct Steps {

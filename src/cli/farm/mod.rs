@@ -8,6 +8,7 @@ mod slurm;
 use super::CliError;
 use super::engine::Prepared;
 use super::job::is_image;
+use super::outlet::print;
 use super::parse::{duration, parts};
 use super::render_args::RenderArgs;
 use super::study::parse;
@@ -74,7 +75,7 @@ pub fn run(args: &FarmArgs) -> Result<ExitCode, CliError> {
         Engine::Slurm(a) => slurm::script(&Farm::new(a)?),
         Engine::Openjd(a) => openjd::template(&Farm::new(a)?)?,
     };
-    print!("{text}");
+    print(text.trim_end_matches('\n'))?;
     Ok(ExitCode::SUCCESS)
 }
 
