@@ -4,6 +4,7 @@ use assert_cmd::Command;
 use assert_cmd::assert::Assert;
 use metrolux::output::{Image, read_image};
 use serde_json::Value;
+use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
@@ -89,29 +90,65 @@ fn a_pipe_gets_no_progress_bar_and_quiet_gets_nothing() {
 }
 
 /// `metrolux … | head -0`: what is printed has no reader any more.
+/// A pipe that nobody reads from.
+fn closed() -> std::io::PipeWriter {
+    let (reader, writer) = std::io::pipe().expect("a pipe");
+    drop(reader);
+    writer
+}
+
+/// The command with its own choice of where stdout and stderr go.
+fn plain(args: &[&OsStr]) -> std::process::Command {
+    let mut c = std::process::Command::new(env!("CARGO_BIN_EXE_metrolux"));
+    c.args(args);
+    c
+}
+
 #[test]
 fn a_reader_that_has_seen_enough_is_no_fault() {
     let dir = Folder::new();
     let out = dir.path("a.exr");
     small_render(&cornell(), &out).assert().code(0);
     let (scene, image) = (cornell(), out.as_path());
-    let commands: [&[&std::ffi::OsStr]; 4] = [
+    let commands: [&[&OsStr]; 4] = [
         &["plan".as_ref(), scene.as_ref()],
         &["compare".as_ref(), image.as_ref(), image.as_ref()],
         &["completions".as_ref(), "bash".as_ref()],
         &["man".as_ref()],
     ];
     for args in commands {
-        let (reader, writer) = std::io::pipe().expect("a pipe");
-        drop(reader);
-        let mut c = std::process::Command::new(env!("CARGO_BIN_EXE_metrolux"));
-        let done = c.args(args).stdout(writer).output().expect("it ran");
+        let done = plain(args).stdout(closed()).output().expect("it ran");
         let told = String::from_utf8_lossy(&done.stderr);
         assert_eq!(
             (done.status.code(), told.as_ref()),
             (Some(0), ""),
             "{args:?}"
         );
+    }
+    // Messages that nobody reads cost nothing but themselves.
+    let none = dir.path("none.pbrt");
+    let to = dir.path("study");
+    let tell: [(&[&OsStr], i32); 2] = [
+        (&["plan".as_ref(), none.as_ref()], 2),
+        (
+            &[
+                "study".as_ref(),
+                scene.as_ref(),
+                "-o".as_ref(),
+                to.as_ref(),
+                "--dry-run".as_ref(),
+                "--budget=10m".as_ref(),
+                "--axis=depth".as_ref(),
+                "--".as_ref(),
+                "--resolution=8x8".as_ref(),
+                "--max-depth=3".as_ref(),
+            ],
+            0,
+        ),
+    ];
+    for (args, code) in tell {
+        let done = plain(args).stderr(closed()).output().expect("it ran");
+        assert_eq!(done.status.code(), Some(code), "{args:?}");
     }
 }
 

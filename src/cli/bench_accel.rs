@@ -1,6 +1,7 @@
 //! `metrolux bench-accel`.
 
 use super::CliError;
+use super::outlet::tell;
 use super::parse::positive;
 use crate::accel::record::{self, Kind};
 use crate::accel::{Embree, EmbreeOptions, Ray};
@@ -125,7 +126,7 @@ pub fn run(args: &BenchAccelArgs, out: &mut dyn Write) -> Result<ExitCode, CliEr
     }
     let say = |line: String| {
         if !args.quiet {
-            eprintln!("{line}");
+            tell(format_args!("{line}"));
         }
     };
     let cores = std::thread::available_parallelism().map_or(1, usize::from);

@@ -6,6 +6,7 @@ use super::identity::Identity;
 use super::job::Job;
 use super::lab::Lab;
 use super::layers::Separation;
+use super::outlet::tell;
 use super::render_args::{AccelArg, MltArg, PrecisionArg, RenderArgs};
 use super::report::{Report, processor_seconds};
 use super::watch::{Unwatched, Watched, Watcher};
@@ -108,10 +109,10 @@ fn save_rays<A: Accel>(recorder: &Recorder<A>, file: &Path) -> Result<(), CliErr
     })?;
     let missed = recorder.missed();
     if missed > 0 {
-        eprintln!(
+        tell(format_args!(
             "warning: the last {missed} rays of this render are not in {}",
             file.display()
-        );
+        ));
     }
     Ok(())
 }

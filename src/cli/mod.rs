@@ -1,5 +1,8 @@
 //! The command line: typed arguments → resolved job → work. One file a sub-command.
 
+// They panic on a closed pipe; `outlet` does not.
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
 mod bar;
 mod batch;
 mod bench_accel;
@@ -47,7 +50,7 @@ pub use error::CliError;
 pub use merge::is_part;
 
 use clap::{Parser, Subcommand};
-use outlet::Outlet;
+use outlet::{Outlet, tell};
 use std::process::ExitCode;
 
 /// Metropolis light transport in path space, with spectra, on Embree.
@@ -118,7 +121,7 @@ pub fn main() -> ExitCode {
     match done {
         Ok(code) => code,
         Err(e) => {
-            eprintln!("error: {e}");
+            tell(format_args!("error: {e}"));
             e.exit_code()
         }
     }

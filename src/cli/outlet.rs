@@ -1,9 +1,9 @@
-//! What a command prints on stdout. A reader that has seen enough (`metrolux plan SCENE | head -1`) is no fault: the rest
-//! goes nowhere, and the command ends as it would have.
+//! What a command prints on stdout and tells on stderr. A reader that has seen enough (`metrolux plan SCENE | head -1`) is no
+//! fault: the rest goes nowhere, and the command ends as it would have.
 
 use super::CliError;
 use std::fmt::Display;
-use std::io::{ErrorKind, Result, Stdout, Write, stdout};
+use std::io::{ErrorKind, Result, Stdout, Write, stderr, stdout};
 
 /// Stdout that takes a closed pipe for an open one.
 pub struct Outlet<W = Stdout>(W);
@@ -38,6 +38,11 @@ impl<W: Write> Write for Outlet<W> {
 /// What keeps stdout from taking it, such as a full disk.
 pub fn print(line: impl Display) -> std::result::Result<(), CliError> {
     writeln!(Outlet::new(), "{line}").map_err(CliError::Stdout)
+}
+
+/// Tells a line on stderr. There is nobody to complain to if that does not take it.
+pub fn tell(line: impl Display) {
+    let _ = writeln!(stderr(), "{line}");
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use super::CliError;
 use super::bar::Bar;
 use super::engine::Prepared;
-use super::outlet::print;
+use super::outlet::{print, tell};
 use super::parse::{duration, positive};
 use super::pilots::{Clock, Pilots, first_look};
 use super::study::parse;
@@ -92,7 +92,7 @@ pub fn run(args: &PredictArgs) -> Result<ExitCode, CliError> {
         let text = serde_json::to_string(&told);
         print(text.map_err(|e| CliError::Internal(e.to_string()))?)?;
     } else {
-        tell(args, &told, chains)?;
+        answer(args, &told, chains)?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -126,7 +126,7 @@ fn conclude(
     }
 }
 
-fn tell(args: &PredictArgs, t: &Told, chains: bool) -> Result<(), CliError> {
+fn answer(args: &PredictArgs, t: &Told, chains: bool) -> Result<(), CliError> {
     let what = if chains { "rounds" } else { "samples a pixel" };
     let whole = |v: f64| format!("{v:.0}");
     match args.target_error {
@@ -147,14 +147,14 @@ fn tell(args: &PredictArgs, t: &Told, chains: bool) -> Result<(), CliError> {
         ))?,
     }
     if !args.quiet {
-        eprintln!(
+        tell(format_args!(
             "{} pilots of {} and {} {what}, {}; the interval holds with {:.0} %",
             t.pilots,
             t.pilot_rounds / 4,
             t.pilot_rounds,
             time(t.pilot_seconds),
             100.0 * t.confidence
-        );
+        ));
     }
     Ok(())
 }

@@ -2,7 +2,7 @@
 
 use super::CliError;
 use super::bar::Bar;
-use super::outlet::print;
+use super::outlet::{print, tell};
 use super::parse::{duration, positive_count};
 use super::render_args::{self, RenderArgs};
 use super::signals::Signals;
@@ -101,7 +101,9 @@ pub fn run(args: &StudyArgs) -> Result<ExitCode, CliError> {
     };
     if !args.quiet {
         let warnings = &prepared.scene.warnings;
-        warnings.iter().for_each(|w| eprintln!("warning: {w}"));
+        warnings
+            .iter()
+            .for_each(|w| tell(format_args!("warning: {w}")));
     }
     let signals = Signals::catch()?;
     let mut runner = Runner::new(args, &store, &prepared, (start, &signals));
@@ -113,7 +115,7 @@ pub fn run(args: &StudyArgs) -> Result<ExitCode, CliError> {
     // A reference whose time is given comes on top of nothing: the budget is for everything.
     let plan = make_plan(args, &ground, &mut runner, given)?;
     if !args.quiet || args.dry_run {
-        tell(args, &plan, given, start.elapsed());
+        announce(args, &plan, given, start.elapsed());
     }
     if args.dry_run {
         return Ok(ExitCode::SUCCESS);
@@ -132,23 +134,23 @@ pub fn run(args: &StudyArgs) -> Result<ExitCode, CliError> {
     let done = done?;
     write(&study, &store)?;
     if done.left_out > 0 {
-        eprintln!(
+        tell(format_args!(
             "warning: {} images were left out to stay within the budget: this was slower than the pilots; the same command \
              goes on",
             done.left_out
-        );
+        ));
     }
     if let Some(line) = study.doubt() {
-        eprintln!("warning: {line}");
+        tell(format_args!("warning: {line}"));
     }
     print(crate::study::words::report(&study).trim_end_matches('\n'))?;
     if !args.quiet {
         let page = store.file("index.html");
-        eprintln!(
+        tell(format_args!(
             "{} after {:.0} s",
             page.display(),
             start.elapsed().as_secs_f64()
-        );
+        ));
     }
     Ok(if done.stopped {
         ExitCode::from(75)
@@ -255,30 +257,30 @@ fn make_plan(
 }
 
 /// What will be done and how long it takes.
-fn tell(args: &StudyArgs, plan: &Plan, reference: f64, spent: Duration) {
+fn announce(args: &StudyArgs, plan: &Plan, reference: f64, spent: Duration) {
     let s = &plan.schedule;
     for a in &plan.axes {
         let names: Vec<&str> = a.settings.iter().map(|s| s.name.as_str()).collect();
-        eprintln!("{:<12} {}", a.name.name(), names.join(", "));
+        tell(format_args!("{:<12} {}", a.name.name(), names.join(", ")));
     }
     match &args.reference {
-        Some(file) => eprintln!("reference    {}", file.display()),
-        None => eprintln!("reference    {reference:.1} s in four parts"),
+        Some(file) => tell(format_args!("reference    {}", file.display())),
+        None => tell(format_args!("reference    {reference:.1} s in four parts")),
     }
     let total = spent.as_secs_f64() + reference + s.seconds;
-    eprintln!(
+    tell(format_args!(
         "{} settings, {} images of up to {:.2} s; about {total:.0} s of the {:.0} s allowed",
         plan.settings.len(),
         s.images(),
         s.longest,
         args.budget.as_secs_f64()
-    );
+    ));
     if !plan.left_out.is_empty() {
         let names: Vec<&str> = plan.left_out.iter().map(|n| n.name()).collect();
-        eprintln!(
+        tell(format_args!(
             "no time for {}: name them by --axis, or allow more by --budget",
             names.join(", ")
-        );
+        ));
     }
 }
 

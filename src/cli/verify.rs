@@ -4,6 +4,7 @@
 use super::CliError;
 use super::engine::Prepared;
 use super::inspect::{self, Work};
+use super::outlet::tell;
 use super::render_args::RenderArgs;
 use super::verify_paths;
 use super::while_running;
@@ -65,7 +66,9 @@ pub fn run(args: &VerifyArgs, out: &mut impl Write) -> Result<ExitCode, CliError
     print(out, &text(&d, &rays))?;
     let fine = d.fine() && rays.wrong() == 0;
     if d.proposals == 0 && !args.render.quiet {
-        eprintln!("warning: no chain made a proposal, so nothing was verified");
+        tell(format_args!(
+            "warning: no chain made a proposal, so nothing was verified"
+        ));
     }
     Ok(ExitCode::from(if fine { 0 } else { 3 }))
 }
