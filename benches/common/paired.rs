@@ -1,5 +1,6 @@
 //! Two pieces of work measured against each other on a machine that others use too.
 
+use metrolux::study::process::processor_seconds;
 use std::time::Instant;
 
 /// Wall time and processor time of one run, in seconds. Other people's load lengthens the first much, the second little.
@@ -34,14 +35,4 @@ pub fn paired(repeats: usize, mut a: impl FnMut(), mut b: impl FnMut()) -> Vec<(
         }
     };
     (0..repeats).map(&mut turn).collect()
-}
-
-/// Processor time of all threads of this process that are alive; 0 where the system does not tell.
-fn processor_seconds() -> f64 {
-    let tasks = std::fs::read_dir("/proc/self/task").into_iter().flatten();
-    let nanoseconds = tasks.flatten().filter_map(|t| {
-        let text = std::fs::read_to_string(t.path().join("schedstat")).ok()?;
-        text.split_whitespace().next()?.parse::<f64>().ok()
-    });
-    nanoseconds.sum::<f64>() * 1e-9
 }

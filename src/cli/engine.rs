@@ -8,7 +8,7 @@ use super::lab::Lab;
 use super::layers::Separation;
 use super::outlet::tell;
 use super::render_args::{AccelArg, MltArg, PrecisionArg, RenderArgs};
-use super::report::{Report, processor_seconds};
+use super::report::Report;
 use super::watch::{Unwatched, Watched, Watcher};
 use crate::accel::{Accel, Checked, Embree, EmbreeOptions, Obvhs, Recorder};
 use crate::chain::MltOptions;
@@ -21,6 +21,7 @@ use crate::output::{
 use crate::path::{Heuristic, Tally, World};
 use crate::scene::load::load_scene;
 use crate::scene::{IntegratorKind, Scene};
+use crate::study::process::processor_seconds;
 use crate::study::sums::mlt_with_sums;
 use rayon::ThreadPool;
 use std::path::Path;

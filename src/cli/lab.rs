@@ -4,7 +4,7 @@ use super::engine::Rendered;
 use super::job::Job;
 use super::layers::Separation;
 use super::render_args::RenderArgs;
-use super::report::{Report, peak_memory_bytes, processor_seconds};
+use super::report::Report;
 use crate::chain::{MltOptions, Shares};
 use crate::film::{Bins, PixelErrors};
 use crate::integrator::Outcome;
@@ -13,6 +13,7 @@ use crate::path::Tally;
 use crate::real::Convert;
 use crate::scene::Scene;
 use crate::scene::spectrum::Target;
+use crate::study::process::{peak_bytes, processor_seconds};
 use std::time::Instant;
 
 /// All that a picture needs besides its sums.
@@ -81,7 +82,7 @@ impl Lab {
         report.error(errors.summary(&xyz), self.target_error, met);
         let (start, cpu) = self.begun;
         let cpu = processor_seconds() - cpu;
-        report.finish(start.elapsed(), cpu, peak_memory_bytes(), tally);
+        report.finish(start.elapsed(), cpu, peak_bytes(), tally);
         let channels = self.layers.channels(&xyz, direct.as_deref(), self.scale);
         let rendered = self.picture(&xyz, spectrum, &errors, report);
         Rendered {

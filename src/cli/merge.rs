@@ -15,6 +15,7 @@ use crate::integrator::{Progress, State};
 use crate::mutation::Strategy;
 use crate::output::{RunFile, check_writable, write_run};
 use crate::scene::spectrum::Target;
+use crate::study::process::processor_seconds;
 use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
@@ -189,6 +190,6 @@ fn lab(i: &Identity, start: Instant) -> Result<Lab, String> {
         target_error: None,
         layers: Separation::default(),
         scale: number(&i.film_scale)?,
-        begun: (start, super::report::processor_seconds()),
+        begun: (start, processor_seconds()),
     })
 }

@@ -9,17 +9,17 @@ use super::CliError;
 use super::decide::Decisions;
 use super::engine::{Prepared, mlt_options};
 use super::render_args::RenderArgs;
-use super::report::processor_seconds;
 use crate::accel::{Accel, Embree, EmbreeOptions};
 use crate::chain::MltOptions;
 use crate::integrator::{Bdpt, Budget, Progress, bdpt_bins, mlt, pt_bins};
 use crate::path::{Heuristic, Tally, World};
 use crate::plan::{Effect, Verdict};
 use crate::scene::IntegratorKind;
+use crate::study::process::processor_seconds;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 use std::sync::Mutex;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// Images are compared in so many tiles each way.
 const TILES: usize = 4;
@@ -170,13 +170,8 @@ impl Setup {
 #[derive(Default)]
 struct Watch(Mutex<Vec<(f64, Option<Instant>, f64)>>);
 
-/// Linux adds up the processor time of a thread that runs only at its ticks, some milliseconds apart, and of one that goes
-/// to sleep at once: so the thread that reads the clock sleeps before, be it ever so little.
-const NAP: Duration = Duration::from_micros(1);
-
 impl Progress for Watch {
     fn update(&self, done: f64) {
-        std::thread::sleep(NAP);
         let mut times = self.0.lock().expect("no thread panicked");
         times.push((done, Some(Instant::now()), processor_seconds()));
     }

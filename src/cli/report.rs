@@ -352,39 +352,3 @@ pub fn write_json(path: &Path, report: &Report) -> Result<(), CliError> {
     crate::output::write_atomic(path, (text + "\n").as_bytes())?;
     Ok(())
 }
-
-/// Seconds of processor time this process has used so far (all threads); 0 where the system does not tell.
-pub fn processor_seconds() -> f64 {
-    let Ok(stat) = std::fs::read_to_string("/proc/self/schedstat") else {
-        return 0.0;
-    };
-    let own = stat
-        .split_whitespace()
-        .next()
-        .and_then(|v| v.parse::<f64>().ok())
-        .unwrap_or(0.0);
-    // schedstat of the process is its first thread's; the others stand under task/.
-    let tasks = std::fs::read_dir("/proc/self/task")
-        .into_iter()
-        .flatten()
-        .flatten();
-    let all: f64 = tasks
-        .filter_map(|t| std::fs::read_to_string(t.path().join("schedstat")).ok())
-        .filter_map(|s| {
-            s.split_whitespace()
-                .next()
-                .and_then(|v| v.parse::<f64>().ok())
-        })
-        .sum();
-    all.max(own) * 1e-9
-}
-
-/// Peak resident memory of this process; 0 where the system does not tell.
-pub fn peak_memory_bytes() -> u64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    status
-        .lines()
-        .find_map(|l| l.strip_prefix("VmHWM:"))
-        .and_then(|l| l.split_whitespace().next()?.parse::<u64>().ok())
-        .map_or(0, |kb| kb * 1024)
-}

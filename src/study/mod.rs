@@ -10,6 +10,7 @@ pub mod interval;
 pub mod metrics;
 pub mod page;
 pub mod predict;
+pub mod process;
 pub mod record;
 pub mod reference;
 pub mod schedule;

@@ -115,38 +115,6 @@ fn locked(name: &str) -> String {
         .to_owned()
 }
 
-/// Processor time of all threads of this process that are alive, s; 0 where the system does not tell.
-pub fn cpu_seconds() -> f64 {
-    let tasks = std::fs::read_dir("/proc/self/task").into_iter().flatten();
-    let nanoseconds = tasks.flatten().filter_map(|t| {
-        let text = std::fs::read_to_string(t.path().join("schedstat")).ok()?;
-        text.split_whitespace().next()?.parse::<f64>().ok()
-    });
-    nanoseconds.sum::<f64>() * 1e-9
-}
-
-/// The most memory this process had resident since [`forget_peak`], bytes.
-pub fn peak_bytes() -> u64 {
-    status("VmHWM:")
-}
-
-/// What it has now, bytes.
-pub fn resident_bytes() -> u64 {
-    status("VmRSS:")
-}
-
-/// Lets the peak start again from what is resident; false where the system does not allow it.
-pub fn forget_peak() -> bool {
-    std::fs::write("/proc/self/clear_refs", "5").is_ok()
-}
-
-fn status(key: &str) -> u64 {
-    let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = text.lines().find_map(|l| l.strip_prefix(key));
-    let kb = line.and_then(|l| l.split_whitespace().next()?.parse::<u64>().ok());
-    kb.unwrap_or(0) * 1024
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

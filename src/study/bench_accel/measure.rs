@@ -2,8 +2,8 @@
 //! their times within one turn.
 
 use super::contender::Built;
-use super::machine::cpu_seconds;
 use super::sets::RaySet;
+use crate::study::process::processor_seconds;
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
@@ -107,14 +107,14 @@ pub fn measure(
                 contenders.len() - 1 - k
             };
             let i = (k + turn / 2) % contenders.len();
-            let (start, cpu) = (Instant::now(), cpu_seconds());
+            let (start, cpu) = (Instant::now(), processor_seconds());
             for _ in 0..passes[i] {
                 pass(&contenders[i]);
             }
             let seconds = match patience.clock {
                 Clock::Wall => start.elapsed().as_secs_f64(),
                 // Threads work side by side, so a pass takes the part of each.
-                Clock::Cpu => (cpu_seconds() - cpu) / pool.current_num_threads() as f64,
+                Clock::Cpu => (processor_seconds() - cpu) / pool.current_num_threads() as f64,
             };
             times[i].push(seconds.max(1e-9) / passes[i] as f64);
         }

@@ -11,8 +11,8 @@ pub mod thicket;
 
 use crate::accel::EmbreeError;
 use crate::scene::Geometry;
+use crate::study::process::{forget_peak, peak_bytes, resident_bytes};
 use contender::{Built, Contender};
-use machine::{forget_peak, peak_bytes, resident_bytes};
 use measure::{Patience, Spread, measure};
 use report::{BuildRow, Report, SpeedRow};
 use sets::RaySet;
