@@ -37,7 +37,7 @@ fn alone(effort: Effort) {
     let accel = embree(&scene);
     let world = World::new(&scene, &accel, 3);
     let grid = Grid::new(&world, 8);
-    let (pt, light) = (effort.work.pt / 2, effort.work.bdpt * 5);
+    let (pt, light) = (effort.work.pt, effort.work.bdpt * 6);
     let reference = estimate::pt::<4, _>(&world, grid, 31, 32, pt);
     let alone = estimate::light_alone::<4, _>(&world, grid, 32, 32, light);
     let mut all = Vec::new();

@@ -121,9 +121,9 @@ fn ajar_long() {
     let effort = Effort {
         work: Work {
             pt: 0,
-            bdpt: 7168,
+            bdpt: 14_336,
             seeds: 1_048_576,
-            steps: 4_500_000,
+            steps: 9_000_000,
         },
         limits: Limits {
             least: 0.05,
