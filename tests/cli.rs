@@ -89,7 +89,6 @@ fn a_pipe_gets_no_progress_bar_and_quiet_gets_nothing() {
     assert_eq!(stderr(&done), "");
 }
 
-/// `metrolux … | head -0`: what is printed has no reader any more.
 /// A pipe that nobody reads from.
 fn closed() -> std::io::PipeWriter {
     let (reader, writer) = std::io::pipe().expect("a pipe");
@@ -104,6 +103,7 @@ fn plain(args: &[&OsStr]) -> std::process::Command {
     c
 }
 
+/// `metrolux … | head -0`: what is printed has no reader any more.
 #[test]
 fn a_reader_that_has_seen_enough_is_no_fault() {
     let dir = Folder::new();

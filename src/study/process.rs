@@ -2,7 +2,8 @@
 
 use rustix::time::{ClockId, clock_gettime};
 
-/// Seconds of processor time of all its threads, of those that have ended too, to the present moment.
+/// Seconds of processor time of all its threads, of those that have ended too. Of others that run at this moment the last
+/// few milliseconds may be missing.
 pub fn processor_seconds() -> f64 {
     let time = clock_gettime(ClockId::ProcessCPUTime);
     time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
