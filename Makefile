@@ -48,9 +48,10 @@ verify-double: all $(DOUBLE)
 test: deps
 	$(CARGO) test
 
-# Tests that take minutes, among them those marked #[ignore]; and the modules with transport in f64.
+# Tests that take minutes, among them those marked #[ignore], but for one that writes files of the repository; and the modules
+# with transport in f64.
 test-long: $(DOUBLE)
-	METROLUX_DOUBLE=$(CURDIR)/$(DOUBLE) $(CARGO) test --release -- --include-ignored
+	METROLUX_DOUBLE=$(CURDIR)/$(DOUBLE) $(CARGO) test --release -- --include-ignored --skip write_the_corpus
 	$(CARGO) test --release --lib --features double --target-dir target/double
 
 # Jobs of `metrolux job` on the engines themselves, where they are installed.
