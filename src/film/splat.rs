@@ -5,7 +5,7 @@
 //! and 64 bits hold it exactly as long as [`SplatBuffer::is_full`] is heeded.
 
 use super::{Crop, Fault, Filter};
-use glam::Vec2;
+use glam::{Vec2, Vec4};
 
 /// Units of the integers: 2³² of them make 1. A splat is rounded to the nearest unit, an error below 1.2·10⁻¹⁰.
 const ONE: f64 = 4_294_967_296.0;
@@ -34,6 +34,15 @@ pub struct SplatBuffer {
 #[repr(C, align(32))]
 struct Pixel([i64; 4]);
 
+impl Pixel {
+    #[inline(always)]
+    fn add(&mut self, v: [i64; 4]) {
+        for (sum, v) in self.0.iter_mut().zip(v) {
+            *sum += v;
+        }
+    }
+}
+
 impl SplatBuffer {
     /// A black buffer.
     pub fn new(crop: Crop, filter: Filter) -> Self {
@@ -54,16 +63,17 @@ impl SplatBuffer {
     /// that stood still collects its weight). Adds nothing on a fault.
     #[inline]
     pub fn splat(&mut self, raster: Vec2, xyz: [f32; 3], weight: f32) -> Result<(), Fault> {
-        let fits = xyz.map(|v| (0.0..=LARGEST).contains(&v));
-        let weighs = (0.0..=FULL as f32).contains(&weight);
-        if !(fits[0] & fits[1] & fits[2] & weighs & raster.is_finite()) {
+        let [x, y, z] = xyz;
+        let value = Vec4::new(x, y, z, weight);
+        let fits = value.cmpge(Vec4::ZERO)
+            & value.cmple(Vec4::new(LARGEST, LARGEST, LARGEST, FULL as f32));
+        if !(fits.all() & raster.is_finite()) {
             return Err(fault(raster, xyz, weight));
         }
         self.load += weight as f64;
         let scale = weight as f64 * ONE;
-        let [x, y, z] = xyz.map(|v| v as f64 * scale);
-        let v = [x, y, z, 0.0];
-        if x.max(y).max(z) < SMALL {
+        let v = [x, y, z, 0.0].map(|v| v as f64 * scale);
+        if x.max(y).max(z) as f64 * scale < SMALL {
             self.spread(raster, v, round_small);
         } else {
             self.spread(raster, v, |v| v.round_ties_even() as i64);
@@ -80,13 +90,17 @@ impl SplatBuffer {
             pixels,
             ..
         } = self;
+        if filter.is_unit_box() {
+            if let Some(i) = crop.index(raster.x.floor() as i64, raster.y.floor() as i64) {
+                pixels[i].add(v.map(round));
+            }
+            return;
+        }
         filter.for_rows(raster, |y, first, hx, hy| {
             let (skip, i, n) = crop.stretch(first, hx.len(), y);
             for (pixel, h) in pixels[i..i + n].iter_mut().zip(&hx[skip..]) {
                 let h = (hy * h) as f64;
-                for (sum, v) in pixel.0.iter_mut().zip(v) {
-                    *sum += round(v * h);
-                }
+                pixel.add(v.map(|v| round(v * h)));
             }
         });
     }
