@@ -22,16 +22,16 @@ fn files() {
     let e = in_world(r#"Shape "plymesh" "string filename" "no such.ply""#);
     assert_eq!(
         e,
-        "<text>:2:17: cannot read the mesh no such.ply (found No such file or directory (os error 2))"
+        "<text>:2:17: cannot read the mesh no such.ply: No such file or directory (os error 2)"
     );
     let e = in_world(r#"  Include "nowhere.pbrt""#);
     assert_eq!(
         e,
-        "<text>:2:11: cannot read nowhere.pbrt (found No such file or directory (os error 2))"
+        "<text>:2:11: cannot read nowhere.pbrt: No such file or directory (os error 2)"
     );
     let e = in_world(r#"Texture "t" "spectrum" "imagemap" "string filename" "none.png""#);
     assert!(
-        e.starts_with("<text>:2:35: cannot read the image none.png (found "),
+        e.starts_with("<text>:2:35: cannot read the image none.png: "),
         "{e}"
     );
     let e = in_world(r#"Material "conductor" "spectrum eta" "Unobtainium.eta.spd""#);

@@ -26,8 +26,8 @@ impl Text {
         let text = std::fs::read_to_string(path).map_err(|e| SceneError {
             at: whole,
             fault: Fault::File,
-            message: "cannot be read".into(),
-            found: Some(e.to_string()),
+            message: format!("cannot be read: {e}"),
+            found: None,
             expected: None,
         })?;
         Ok(Self { name, text })

@@ -24,8 +24,14 @@ impl Loader {
             let message = format!("{name}: compressed scene files are not supported");
             return Err(SceneError::unsupported(from, message));
         }
-        let bytes = std::fs::read(path)
-            .map_err(|e| SceneError::file(from, format!("cannot read {name}")).found(e))?;
+        let bytes = std::fs::read(path).map_err(|e| {
+            let is_the_scene_itself = from.line == 0;
+            let message = match is_the_scene_itself {
+                true => format!("cannot be read: {e}"),
+                false => format!("cannot read {name}: {e}"),
+            };
+            SceneError::file(from, message)
+        })?;
         self.open_files.push(path.into());
         // Comments may be in any encoding; names that are not UTF-8 will be missed where they matter.
         let result = self.read_text(&String::from_utf8_lossy(&bytes), name);

@@ -63,7 +63,7 @@ impl Images {
             return Ok(i);
         }
         let image = decode(path, encoding).map_err(|e| {
-            SceneError::file(at, format!("cannot read the image {}", path.display())).found(e)
+            SceneError::file(at, format!("cannot read the image {}: {e}", path.display()))
         })?;
         self.list.push(image);
         let i = (self.list.len() - 1) as u32;

@@ -77,8 +77,8 @@ impl PropertyAccess for Face {
 
 /// Reads a PLY file: its triangles, and its quads apart, for they carry coordinates and normals of their own.
 pub(super) fn read(path: &Path, at: &Location) -> Result<Vec<Mesh>> {
-    let message = || format!("cannot read the mesh {}", path.display());
-    parse(path).map_err(|e| SceneError::file(at, message()).found(e))
+    parse(path)
+        .map_err(|e| SceneError::file(at, format!("cannot read the mesh {}: {e}", path.display())))
 }
 
 fn parse(path: &Path) -> std::result::Result<Vec<Mesh>, String> {
