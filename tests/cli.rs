@@ -197,6 +197,7 @@ fn wrong_usage_is_2() {
         &["--target-error", "0"],
         &["--target-error", "5%"],
         &["--region", "0,0,9,2"],
+        &["--threads", "1000000"],
         &["--mutate", "lens=1"],
         &["--mutate", "bidirectional=0,lens=1"],
         &["--mutate", "bidirectional=1,manifold=1"],

@@ -179,7 +179,7 @@ fn keeps_its_word<A: Accel>(
 }
 
 /// Where every pixel is 1 by construction. Path tracing differs between samples only in the paths that Russian roulette
-/// lets past five edges, one in 32: it takes hundreds of samples before their mean is nearly normal.
+/// lets past five edges, one in 32: it takes hundreds of samples before the means of their eight blocks are nearly normal.
 #[test]
 fn the_error_holds_in_a_furnace() {
     let scene = of_file("furnace/emission.pbrt", 4, 4);
@@ -189,7 +189,7 @@ fn the_error_holds_in_a_furnace() {
     let kinds = [
         (Kind::Mlt(options(Direct::InChain)), 8),
         (Kind::Mlt(options(Direct::Separate)), 8),
-        (Kind::Pt, 640),
+        (Kind::Pt, 1024),
         (Kind::Bdpt, 64),
     ];
     keeps_its_word("furnace", &world, &truth, 400, &kinds);

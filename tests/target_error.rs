@@ -34,7 +34,8 @@ fn an_error_is_written_and_stops_a_render() {
         let relative = error["relative"].as_f64().expect("a number");
         assert!(relative > 0.0 && relative <= target.parse().expect("a number"));
         assert_eq!(error["target_met"], true);
-        assert!(error["degrees_of_freedom"].as_u64() >= Some(15), "{error}");
+        // Of camera samples, four whole blocks.
+        assert!(error["degrees_of_freedom"].as_u64() >= Some(3), "{error}");
         let done = json
             .pointer("/mlt/rounds")
             .or(json.get("samples_per_pixel"));

@@ -1,22 +1,18 @@
 //! How many samples the direct pass gets beside the mutations.
 
-/// A direct pass of n samples a pixel beside m mutations a pixel leaves an error of A/m + V/n + (5/4)·E·n^(−3/2), in the
-/// mean over the pixels: V the variance of a sample at a raster point, E what the edges within pixels add to it. (n samples
-/// of the R2 sequence on a pixel that an edge divides have 1.25·n^(−3/2) of one sample's variance, in the mean over 3000
-/// random edges.) With a sample c times as dear as a mutation, time is best spent where a little more of it lowers both parts
-/// by as much:
+/// A direct pass of n samples a pixel beside m mutations a pixel leaves an error of A/m + V/n + k·E·n^(−3/2), in the
+/// mean over the pixels: V the variance of a sample at a raster point, E what the edges within pixels add to it, k
+/// [`EDGE`](crate::sampling::EDGE). With a sample c times as dear as a mutation, time is best spent where a little more of it lowers both parts by
+/// as much:
 ///
-/// n² = m²·(V + (15/8)·E·n^(−1/2)) / (c·A).
+/// n² = m²·(V + (3/2)·k·E·n^(−1/2)) / (c·A).
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct DirectRate {
     /// V/(c·A).
     pub noise: f64,
-    /// (15/8)·E/(c·A).
+    /// (3/2)·k·E/(c·A).
     pub edges: f64,
 }
-
-/// What of one sample's variance the edges keep at n samples is this times n^(−3/2).
-pub const EDGES: f64 = 1.25;
 
 /// The most samples for a mutation: the direct pass then takes some three quarters of the time.
 const MOST: f64 = 2.0;
@@ -69,6 +65,7 @@ impl DirectRate {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sampling::EDGE;
 
     #[test]
     fn a_constant_rate_is_kept() {
@@ -87,14 +84,14 @@ mod tests {
         for (v, e) in [(0.3, 0.0), (0.01, 2.0), (0.0, 0.5)] {
             let rate = DirectRate {
                 noise: v / (c * a),
-                edges: 1.5 * EDGES * e / (c * a),
+                edges: 1.5 * EDGE * e / (c * a),
             };
             for m in [30.0, 300.0, 3000.0] {
                 let n = rate.samples(m);
                 assert!(n > 1.0 && n < MOST * m);
                 let error = |n: f64| {
                     let m = m + c * (rate.samples(m) - n);
-                    a / m + v / n + EDGES * e * n.powf(-1.5)
+                    a / m + v / n + EDGE * e * n.powf(-1.5)
                 };
                 assert!(error(n) < error(1.05 * n) && error(n) < error(n / 1.05));
             }

@@ -21,7 +21,7 @@ mod tests;
 mod verify;
 
 pub use again::{Given, Seen, Which, Witness, chain_again, step_seen};
-pub use direct_rate::{DirectRate, EDGES};
+pub use direct_rate::DirectRate;
 pub use markov::{Chain, Setting, Turn};
 pub use options::{Direct, MltOptions, Shares};
 pub use pilot::Pilot;

@@ -35,7 +35,7 @@ pub struct CheckRaysArgs {
     #[arg(long, value_name = "N", default_value_t = 1 << 18, value_parser = clap::value_parser!(u32).range(64..=100_000_000))]
     pub count: u32,
     /// Worker threads; one per core if not given
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = super::parse::threads)]
     pub threads: Option<usize>,
     /// Print JSON instead of text
     #[arg(long)]

@@ -28,6 +28,13 @@ pub fn positive_count(s: &str) -> Result<usize, String> {
         .ok_or_else(|| "expected a number from 1 to 999".into())
 }
 
+/// A number of threads; 0 for one per core. Some hundred thousand, a slip of the finger, would hold up the machine.
+pub fn threads(s: &str) -> Result<usize, String> {
+    let n = s.parse::<usize>().ok();
+    n.filter(|n| *n <= 1024)
+        .ok_or_else(|| "expected a number from 1 to 1024".into())
+}
+
 /// `WIDTHxHEIGHT` in pixels.
 pub fn size(s: &str) -> Result<[u32; 2], String> {
     let v = numbers::<2>(s, 'x', "expected WIDTHxHEIGHT, such as 640x360")?;

@@ -170,7 +170,7 @@ pub struct RenderArgs {
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
     /// Worker threads; one per core if not given
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = super::parse::threads)]
     pub threads: Option<usize>,
     /// Image size in pixels
     #[arg(long, value_name = "WxH", value_parser = size)]

@@ -25,7 +25,8 @@ pub struct ErrorSummary {
 
 impl PixelErrors {
     /// Adds the variances of an independent image that is added to this one; the fewer degrees of freedom stay.
-    pub fn add(&mut self, variance: &[f64]) {
+    pub fn add(&mut self, variance: &[f64], freedom: u64) {
+        self.freedom = self.freedom.min(freedom);
         for (a, b) in self.variance.iter_mut().zip(variance) {
             *a += b;
         }
@@ -66,7 +67,7 @@ mod tests {
             variance: vec![1.0, 0.0, 0.0, 4.0],
             freedom: 15,
         };
-        e.add(&[3.0, 0.0, 0.0, 0.0]);
+        e.add(&[3.0, 0.0, 0.0, 0.0], 20);
         let s = e.summary(&[[9.0, 3.0, 0.0], [0.0; 3], [9.0, 1.0, 9.0], [0.0; 3]]);
         assert_eq!(s.relative, 2f64.sqrt());
         // The second alone: the last is black, but not certainly so.

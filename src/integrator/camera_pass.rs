@@ -1,11 +1,12 @@
 //! Samples that belong to a pixel: each pixel has its own random streams and sums, so threads never share one.
 
 use super::CameraSums;
+use super::pixel_sums::PixelSums;
 use crate::accel::Accel;
 use crate::film::{Bins, Crop, Filter, Malformed, Shards};
-use crate::path::{Site, Tally, Vertex, World};
+use crate::path::{LightPoint, Site, Tally, World};
 use crate::real::Convert;
-use crate::sampling::Rng;
+use crate::sampling::{Net, Pair, Points, Rng, Single};
 use crate::scene::spectrum::{Grey, Lanes, Spectrum, Target};
 use glam::Vec2;
 use rayon::prelude::*;
@@ -28,24 +29,14 @@ pub struct CameraSample<'a, const N: usize> {
 struct Sequence<'a> {
     filter: &'a Filter,
     centre: Vec2,
-    /// The pixel's shifts of the sequences.
-    shift: [f64; 3],
+    points: Points<'a>,
 }
 
 impl Sequence<'_> {
-    /// Number `i` along one of the sequences, in [0, 1).
-    #[inline]
-    fn at(&self, i: u64, k: usize) -> f32 {
-        let step = [R2[0], R2[1], GOLDEN][k];
-        let at = ((self.shift[k] + i as f64 * step).fract()) as f32;
-        at.min(1.0 - f32::EPSILON / 2.0)
-    }
-
     /// Raster point number `i` and its filter weight.
     #[inline]
     fn point(&self, i: u64) -> (crate::real::Vec2, f32) {
-        let u = Vec2::new(self.at(i, 0), self.at(i, 1));
-        let (offset, weight) = self.filter.sample(u);
+        let (offset, weight) = self.filter.sample(self.points.pair(Pair::Raster, i));
         ((self.centre + offset).real(), weight)
     }
 }
@@ -57,6 +48,22 @@ impl<const N: usize> CameraSample<'_, N> {
     pub fn part(&self, j: u32, n: u32) -> (crate::real::Vec2, f32) {
         self.sequence
             .point(self.sample * u64::from(n) + u64::from(j))
+    }
+
+    /// Its point on the lens, in the unit square.
+    #[inline]
+    pub fn lens(&self) -> crate::real::Vec2 {
+        self.sequence.points.square(Pair::Lens, self.sample)
+    }
+
+    /// What chooses its point on a light.
+    #[inline]
+    pub fn light(&self) -> LightPoint {
+        let points = &self.sequence.points;
+        LightPoint {
+            choice: points.single(Single::Choice, self.sample),
+            at: points.square(Pair::Light, self.sample),
+        }
     }
 
     /// Where it belongs in the run.
@@ -130,6 +137,8 @@ impl Gathered<'_> {
 
 /// Camera samples of the pixels of the crop, and what they have added up.
 pub struct CameraPass {
+    /// One for each row: to make its columns takes longer than a sample.
+    nets: Vec<Net>,
     filter: Filter,
     stage: u32,
     seed: u64,
@@ -139,19 +148,18 @@ pub struct CameraPass {
     pub sums: CameraSums,
 }
 
-/// Consecutive samples of a pixel that are told apart from others in its variance: as many as fill the pixel evenly.
-pub(super) const BLOCK: u64 = 8;
-
-/// Irrational steps of the Kronecker sequences that stratify a pixel's samples (R2 and the golden ratio).
-pub(super) const R2: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
-pub(super) const GOLDEN: f64 = 0.618_033_988_749_894_9;
+/// The largest number below 1.
+pub(super) const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 
 impl CameraPass {
     /// No samples yet.
     pub fn new<A: Accel>(world: &World<A>, bins: Option<Bins>, stage: u32, seed: u64) -> Self {
         let crop = Crop::from(world.scene.camera.crop);
         let rng = Rng::new(seed, stage, u32::MAX, u32::MAX);
+        let rows = (crop.pixels() / crop.width()) as u32;
+        let net = |row| Net::new(&mut Rng::new(seed, stage, crop.y0 + row, u32::MAX));
         Self {
+            nets: (0..rows).map(net).collect(),
             filter: Filter::new(&world.scene.settings.filter),
             stage,
             seed,
@@ -194,6 +202,7 @@ impl CameraPass {
         let due = all.schedule();
         let width = all.crop.width();
         let (filter, stage, seed) = (&self.filter, self.stage, self.seed);
+        let nets = &self.nets;
         let (target, grey) = (self.target, self.grey);
         let (bins, spectra) = match &mut all.spectra {
             Some((bins, sums)) => (Some(*bins), sums.as_mut_slice()),
@@ -201,7 +210,7 @@ impl CameraPass {
         };
         let count = bins.map_or(0, |b| b.count);
         let mut rest = spectra;
-        let rows: Vec<(&mut [[f64; 6]], &mut [f64])> = all
+        let rows: Vec<(&mut [PixelSums], &mut [f64])> = all
             .sums
             .chunks_mut(width)
             .map(|sums| {
@@ -215,6 +224,7 @@ impl CameraPass {
             .for_each(|(row, (sums, spectra))| {
                 let mut s = state();
                 let y = y0 + row as u32;
+                let net = &nets[row];
                 for (col, sum) in sums.iter_mut().enumerate() {
                     let x = x0 + col as u32;
                     let (from, until) = (due(before, x, y), due(until, x, y));
@@ -222,18 +232,22 @@ impl CameraPass {
                         continue;
                     }
                     let mut rng = Rng::new(seed, stage, y, x);
-                    // Step 0 holds the pixel's shifts of the sequences.
+                    // Step 0 holds the pixel's shift of its row's net.
                     rng.set_step(0);
+                    let points = Points::new(net, &mut rng);
                     let sequence = Sequence {
                         filter,
                         centre: Vec2::new(x as f32 + 0.5, y as f32 + 0.5),
-                        shift: [rng.next_f64(), rng.next_f64(), rng.next_f64()],
+                        points,
                     };
                     for i in from..until {
                         rng.set_step(i + 1);
                         let (raster, weight) = sequence.point(i);
                         let lanes = match &grey {
-                            None => Lanes::with(sequence.at(i, 2).real(), target),
+                            None => {
+                                let u = points.single(Single::Wavelength, i) as f32;
+                                Lanes::with(u.min(BELOW_ONE).real(), target)
+                            }
                             Some(grey) => grey.lanes(target),
                         };
                         let mut gathered = Gathered {
@@ -257,27 +271,13 @@ impl CameraPass {
                         );
                         let (found, weighed) = (gathered.xyz, gathered.weighed);
                         let value = [0, 1, 2].map(|c| found[c] * weight as f64 + weighed[c]);
-                        for (sum, v) in sum.iter_mut().zip(value) {
-                            *sum += v;
-                        }
-                        let y = value[1];
-                        sum[3] += y * y;
-                        sum[5] += y;
-                        if (i + 1) % BLOCK == 0 {
-                            sum[4] += sum[5] * sum[5];
-                            sum[5] = 0.0;
-                        }
+                        sum.add(i, value);
                     }
                 }
                 done(s);
             });
         self.sums.samples = until.max(before);
     }
-}
-
-/// The lens vertex of a camera sample.
-pub fn lens_vertex<const N: usize, A: Accel>(world: &World<A>, rng: &mut Rng) -> Vertex<N> {
-    world.lens.sample_vertex(rng.next_vec2())
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! What camera samples have added up so far, pixel by pixel.
 
 use super::dither::{samples_at, threshold};
+use super::pixel_sums::PixelSums;
 use crate::film::{Bins, Crop, Malformed, Reader, Shards, Writer};
 use crate::sampling::Rng;
 use std::io;
@@ -8,9 +9,8 @@ use std::io;
 /// Sums of camera samples over the crop.
 pub struct CameraSums {
     pub(super) crop: Crop,
-    /// Of each pixel: Σ w·X, w·Y, w·Z, (w·Y)², then Σ of (the w·Y of a block)² over the whole blocks of
-    /// [`BLOCK`](super::camera_pass::BLOCK) consecutive samples, and the w·Y of the block that is not whole yet.
-    pub(super) sums: Vec<[f64; 6]>,
+    /// Of each pixel.
+    pub(super) sums: Vec<PixelSums>,
     pub(super) spectra: Option<(Bins, Vec<f64>)>,
     /// Samples a pixel so far, in the mean: a pixel has ⌊samples + its threshold⌋.
     pub samples: f64,
@@ -27,7 +27,7 @@ impl CameraSums {
         let n = crop.pixels();
         Self {
             crop,
-            sums: vec![[0.0; 6]; n],
+            sums: vec![PixelSums::default(); n],
             spectra: bins.map(|b| (b, vec![0.0; n * b.count])),
             samples: 0.0,
             shift: [rng.next_u32(), rng.next_u32()],
@@ -51,7 +51,7 @@ impl CameraSums {
     pub fn image(&self) -> Vec<[f64; 3]> {
         let pixels = self.sums.iter().enumerate();
         pixels
-            .map(|(i, s)| [s[0], s[1], s[2]].map(|v| v * self.scale(i)))
+            .map(|(i, s)| s.xyz.map(|v| v * self.scale(i)))
             .collect()
     }
 
@@ -113,7 +113,8 @@ impl CameraSums {
         w.f64(self.samples)?;
         self.shift.into_iter().try_for_each(|v| w.u32(v))?;
         self.shards.save(w)?;
-        w.floats(self.sums.as_flattened())?;
+        let flat: Vec<f64> = self.sums.iter().flat_map(PixelSums::numbers).collect();
+        w.floats(&flat)?;
         let spectra = self.spectra.as_ref();
         spectra.map_or(Ok(()), |(_, sums)| w.floats(sums))
     }
@@ -129,8 +130,9 @@ impl CameraSums {
         }
         let shift = [r.u32()?, r.u32()?];
         let shards = Shards::read(r)?;
-        let flat = r.floats(6 * crop.pixels())?;
-        let sums = flat.as_chunks::<6>().0.to_vec();
+        let flat = r.floats(PixelSums::NUMBERS * crop.pixels())?;
+        let all = flat.as_chunks().0.iter();
+        let sums = all.map(PixelSums::of_numbers).collect();
         let spectra = bins
             .map(|b| r.floats(crop.pixels() * b.count).map(|sums| (b, sums)))
             .transpose()?;

@@ -1,13 +1,13 @@
 //! What camera rays hit first: albedo, normal and depth of each pixel, for compositing. The same pixels come of it whatever
 //! the seed and the number of threads.
 
-use super::camera_pass::{GOLDEN, R2, lens_vertex};
+use super::camera_pass::BELOW_ONE;
 use crate::accel::Accel;
 use crate::chain::stage;
 use crate::film::{Crop, Filter};
 use crate::path::{Kind, Palette, Tally, Vertex, World, scatter, scatter_terms, trace};
 use crate::real::{Convert, Real, Vec3};
-use crate::sampling::Rng;
+use crate::sampling::{Net, Pair, Points, Rng, Single};
 use crate::scatter::{Bsdf, Transport};
 use crate::scene::spectrum::{Lanes, Spectrum, rgb_illuminant, xyz_to_rgb64};
 use glam::Vec2;
@@ -52,25 +52,23 @@ pub fn first_hit<const N: usize, A: Accel>(world: &World<A>, tally: &mut Tally) 
         .into_par_iter()
         .map(|row| {
             let y = crop.y0 + row as u32;
+            let net = Net::new(&mut Rng::new(0, stage::LAYERS, y, u32::MAX));
             let mut tally = Tally::default();
             let mut palette = Palette::<N>::new(Lanes::new(0.0));
             let pixel = |col: usize| {
                 let x = crop.x0 + col as u32;
                 let mut rng = Rng::new(0, stage::LAYERS, y, x);
                 rng.set_step(0);
-                let shift = [rng.next_f64(), rng.next_f64(), rng.next_f64()];
+                let points = Points::new(&net, &mut rng);
                 let mut sums = Sums::default();
                 for i in 0..SAMPLES {
                     rng.set_step(i + 1);
-                    let most = 1.0 - f32::EPSILON / 2.0;
-                    let at = |k: usize, step: f64| {
-                        ((shift[k] + i as f64 * step).fract() as f32).min(most)
-                    };
-                    let (offset, weight) = filter.sample(Vec2::new(at(0, R2[0]), at(1, R2[1])));
-                    let lanes = world.lanes::<N>(at(2, GOLDEN).real());
+                    let (offset, weight) = filter.sample(points.pair(Pair::Raster, i));
+                    let u = points.single(Single::Wavelength, i) as f32;
+                    let lanes = world.lanes::<N>(u.min(BELOW_ONE).real());
                     palette.tune(&lanes);
                     let raster = (Vec2::new(x as f32 + 0.5, y as f32 + 0.5) + offset).real();
-                    let lens = lens_vertex(world, &mut rng);
+                    let lens = world.lens.sample_vertex(points.square(Pair::Lens, i));
                     let w = world.lens.direction(lens.p, raster);
                     let hit = trace(world, &lens, w, &palette, &mut tally);
                     sums.weight += weight as f64;

@@ -71,14 +71,16 @@ pub(super) fn sampled(
 ) -> Rendered {
     let mut errors = PixelErrors {
         variance: camera.variance(),
-        freedom: (camera.samples as u64).saturating_sub(1).max(1),
+        freedom: camera.freedom(),
     };
     let (mut image, mut spectrum) = (camera.image(), camera.spectrum());
     if let Some(light) = light {
         // Light sub-paths: every camera sample also traced one towards the whole image.
         let samples = camera.whole_samples();
         let splats = light.film.to_xyz(samples.recip());
-        errors.add(&light.squares.variance(samples, splats.iter().map(|p| p[1])));
+        let variance = light.squares.variance(samples, splats.iter().map(|p| p[1]));
+        // Every sample of the image could have splatted anywhere.
+        errors.add(&variance, u64::MAX);
         for (p, s) in image.iter_mut().zip(splats) {
             for c in 0..3 {
                 p[c] += s[c];

@@ -202,7 +202,7 @@ fn joined(chains: &mut Sums, direct: &CameraSums) -> (Vec<[f64; 3]>, PixelErrors
     };
     let mut image = chains.image();
     if direct.samples > 0.0 {
-        errors.add(&direct.variance());
+        errors.add(&direct.variance(), direct.freedom());
         for (p, d) in image.iter_mut().zip(direct.image()) {
             for c in 0..3 {
                 p[c] += d[c];

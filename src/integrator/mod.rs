@@ -10,6 +10,7 @@ mod gaze;
 mod keeper;
 mod light_sums;
 mod mlt;
+mod pixel_sums;
 mod probe;
 mod probe_tiles;
 mod progress;

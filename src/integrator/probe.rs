@@ -9,12 +9,13 @@
 use super::probe_tiles::Tiles;
 use super::{Paths, radiance};
 use crate::accel::Accel;
-use crate::chain::{DirectRate, EDGES, stage};
+use crate::chain::{DirectRate, stage};
 use crate::path::{
-    Heuristic, Kind, Palette, Sampler, Tally, Vertex, World, scatter, scatter_terms, trace,
+    Heuristic, Kind, LightPoint, Palette, Sampler, Tally, Vertex, World, scatter, scatter_terms,
+    trace,
 };
 use crate::real::{Convert, Vec2};
-use crate::sampling::Rng;
+use crate::sampling::{EDGE, Rng};
 use crate::scatter::{Mode, Transport};
 use crate::scene::spectrum::{Lanes, Spectrum};
 use rayon::prelude::*;
@@ -109,7 +110,7 @@ impl Probe {
         let over = |v: f64| if v < 1e6 * chain { v / chain } else { 1e6 };
         let rate = DirectRate {
             noise: over(self.noise),
-            edges: over(1.5 * EDGES * self.edges),
+            edges: over(1.5 * EDGE * self.edges),
         };
         rate.rounded()
     }
@@ -121,7 +122,7 @@ impl Probe {
             return f64::INFINITY;
         }
         let n = self.rate().samples(MUTATIONS);
-        let pass = self.noise / n + EDGES * self.edges * n.powf(-1.5);
+        let pass = self.noise / n + EDGE * self.edges * n.powf(-1.5);
         let error = KAPPA * self.beside / MUTATIONS + pass;
         error * (MUTATIONS + COST * n) / (KAPPA * self.whole)
     }
@@ -169,7 +170,7 @@ fn look<const N: usize, A: Accel>(world: &World<A>, seed: u64, block: u32) -> Su
                 }
             };
             let (paths, tally) = (Paths::Direct, &mut tally);
-            radiance(world, &palette, &x, w, paths, rng, tally, add);
+            radiance(world, &palette, &x, w, paths, None, rng, tally, add);
             (light, lamp)
         };
         for _ in 0..TRIPLES {
@@ -215,7 +216,9 @@ fn connect<const N: usize, A: Accel>(
         }
         if v.bsdf.has_non_specular() {
             sums.tried += 1;
-            let x0 = world.emitters.sample_point(world.scene, palette, rng)?;
+            let x0 = world
+                .emitters
+                .sample_point(world.scene, palette, LightPoint::new(rng))?;
             let (l, _) = v.towards(&x0);
             let t = scatter_terms(&v, Mode::NonSpecular, l, -w);
             let sent = world.emitters.radiance(world.scene, &x0, -l);

@@ -1,6 +1,6 @@
 //! Path tracing.
 
-use super::camera_pass::{CameraPass, lens_vertex};
+use super::camera_pass::CameraPass;
 use super::gaze::{Gazes, gaze};
 use super::keeper::unkept;
 use super::sample::{Sampling, sample};
@@ -73,15 +73,26 @@ pub(super) fn add_samples<const N: usize, A: Accel>(
         || (Tally::default(), Palette::new(Lanes::new(0.0))),
         |(tally, palette), s, rng, sum| {
             palette.tune(&s.lanes);
-            let lens = lens_vertex(world, rng);
+            let lens = world.lens.sample_vertex(s.lens());
+            let light = Some(s.light());
             let w = world.lens.direction(lens.p, s.raster);
             let mut faults = Tally::default();
             let gazes = gazes.divided(s.pixel);
-            radiance(world, palette, &lens, w, paths, rng, tally, |edges, c| {
-                if edges > 1 || !gazes {
-                    sum.add(c, &s.lanes, &mut faults);
-                }
-            });
+            radiance(
+                world,
+                palette,
+                &lens,
+                w,
+                paths,
+                light,
+                rng,
+                tally,
+                |edges, c| {
+                    if edges > 1 || !gazes {
+                        sum.add(c, &s.lanes, &mut faults);
+                    }
+                },
+            );
             if gazes {
                 gaze(world, palette, (s, sum), rng, tally, &mut faults);
             }

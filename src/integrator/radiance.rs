@@ -3,7 +3,9 @@
 //! Written without the path room's links and densities, so that it checks them.
 
 use crate::accel::Accel;
-use crate::path::{Emitters, Kind, Palette, Tally, Vertex, World, scatter, scatter_terms, trace};
+use crate::path::{
+    Emitters, Kind, LightPoint, Palette, Tally, Vertex, World, scatter, scatter_terms, trace,
+};
 use crate::real::{Real, Vec3};
 use crate::sampling::Rng;
 use crate::scatter::{Mode, Transport};
@@ -22,7 +24,8 @@ pub enum Paths {
 const ROULETTE_AFTER: usize = 4;
 
 /// One estimate of the radiance that arrives at lens vertex `lens` from direction `w`, by number of edges if asked:
-/// `by_length(k, value)` is called for each contribution of a path of k edges.
+/// `by_length(k, value)` is called for each contribution of a path of k edges. `light` is the point on a light that the first
+/// vertex which asks for one gets; others, and that one without it, draw theirs from `rng`.
 #[allow(clippy::too_many_arguments)]
 pub fn radiance<const N: usize, A: Accel>(
     world: &World<A>,
@@ -30,6 +33,7 @@ pub fn radiance<const N: usize, A: Accel>(
     lens: &Vertex<N>,
     mut w: Vec3,
     paths: Paths,
+    mut light: Option<LightPoint>,
     rng: &mut Rng,
     tally: &mut Tally,
     mut by_length: impl FnMut(usize, Spectrum<N>),
@@ -50,9 +54,9 @@ pub fn radiance<const N: usize, A: Accel>(
                     None => 1.0,
                     Some(p) => {
                         let inv_d2 = x.towards(&v).1;
-                        let light = world.emitters.pdf_point(world.scene, &v)
+                        let by_light = world.emitters.pdf_point(world.scene, &v)
                             / (inv_d2 * v.cos(w)).max(1e-300);
-                        p / (p + light)
+                        p / (p + by_light)
                     }
                 };
                 by_length(edges, hero(beta * le, mono) * weight as Real);
@@ -66,7 +70,8 @@ pub fn radiance<const N: usize, A: Accel>(
         }
         mono |= N > 1 && v.bsdf.is_dispersive();
         if v.bsdf.has_non_specular() {
-            let c = direct(world, palette, &v, -w, rng, tally);
+            let light = light.take().unwrap_or_else(|| LightPoint::new(rng));
+            let c = direct(world, palette, &v, -w, light, tally);
             if !c.is_black() {
                 by_length(edges + 1, hero(beta * c, mono));
             }
@@ -102,10 +107,10 @@ fn direct<const N: usize, A: Accel>(
     palette: &Palette<N>,
     x: &Vertex<N>,
     w_e: Vec3,
-    rng: &mut Rng,
+    light: LightPoint,
     tally: &mut Tally,
 ) -> Spectrum<N> {
-    let Some(x0) = world.emitters.sample_point(world.scene, palette, rng) else {
+    let Some(x0) = world.emitters.sample_point(world.scene, palette, light) else {
         return Spectrum::ZERO;
     };
     let (w_l, inv_d2) = x.towards(&x0);

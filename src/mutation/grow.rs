@@ -9,7 +9,7 @@ use super::{Context, Workspace};
 use crate::accel::Accel;
 #[cfg(doc)]
 use crate::path::World;
-use crate::path::{Kind, Path, scatter};
+use crate::path::{Kind, LightPoint, Path, scatter};
 use crate::real::Vec3;
 use crate::scatter::{Mode, Transport};
 
@@ -34,7 +34,7 @@ pub(super) fn grow_light<const N: usize, A: Accel>(
     let mut cur = if kept == 0 {
         let x0 = world
             .emitters
-            .sample_point(world.scene, &ws.palette, ctx.rng)?;
+            .sample_point(world.scene, &ws.palette, LightPoint::new(ctx.rng))?;
         left -= 1;
         ws.put(Transport::FromLight, x0, Mode::NonSpecular)
     } else {

@@ -1,6 +1,6 @@
 //! Bidirectional sampling: a light and an eye sub-path, and every path x_{s,t} that joins them (Veach chapter 10).
 
-use super::{Emitters, Palette, Path, Pool, Start, Tally, Vertex, World, walk::Walk};
+use super::{Emitters, LightPoint, Palette, Path, Pool, Start, Tally, Vertex, World, walk::Walk};
 use crate::accel::Accel;
 use crate::real::Vec2;
 use crate::sampling::Rng;
@@ -88,7 +88,11 @@ impl<const N: usize> Sampler<N> {
             tally,
         );
         self.light_walk.clear();
-        if let Some(x0) = world.emitters.sample_point(world.scene, &self.palette, rng) {
+        if let Some(x0) =
+            world
+                .emitters
+                .sample_point(world.scene, &self.palette, LightPoint::new(rng))
+        {
             let ray = world.emitters.sample_direction(world.scene, &x0, rng);
             let ray = (world.leave(&x0, ray.0, ray.1), ray.1);
             self.light_walk.start(self.pool.put(x0));

@@ -6,7 +6,7 @@
 use super::{Kind, Palette, Vertex};
 use crate::accel::surface::{quadric_at, surface_at};
 use crate::plan::light_powers;
-use crate::real::{Convert, Real, Vec3};
+use crate::real::{Convert, Real, Vec2, Vec3};
 use crate::sampling::{Discrete, Grid2d, Rng, octahedral, warp};
 use crate::scatter::Frame;
 use crate::scene::spectrum::{Lanes, Rgb2Spec, Spectrum};
@@ -28,6 +28,26 @@ pub struct Emitters {
     pub hittable: bool,
     /// Some light exists that emits anything.
     pub any: bool,
+}
+
+/// What chooses a point on a light: numbers uniform in [0, 1).
+#[derive(Clone, Copy, Debug)]
+pub struct LightPoint {
+    /// Which light.
+    pub choice: f64,
+    /// Where on it.
+    pub at: Vec2,
+}
+
+impl LightPoint {
+    /// Drawn from `rng`.
+    #[inline]
+    pub fn new(rng: &mut Rng) -> Self {
+        Self {
+            choice: rng.next_f64(),
+            at: rng.next_vec2(),
+        }
+    }
 }
 
 impl Emitters {
@@ -104,10 +124,9 @@ impl Emitters {
         &self,
         scene: &Scene,
         palette: &Palette<N>,
-        rng: &mut Rng,
+        LightPoint { choice, at: u }: LightPoint,
     ) -> Option<Vertex<N>> {
-        let (i, _) = self.choice.as_ref()?.sample(rng.next_f64());
-        let u = rng.next_vec2();
+        let (i, _) = self.choice.as_ref()?.sample(choice);
         Some(match &scene.lights[i] {
             Light::Area { prim, .. } => {
                 let s = match scene.geometry.quadric(*prim) {

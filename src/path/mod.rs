@@ -23,7 +23,7 @@ mod walk;
 mod world;
 
 pub use bidir::{Heuristic, Joined, Sampler};
-pub use emitter::Emitters;
+pub use emitter::{Emitters, LightPoint};
 pub use lens::Lens;
 pub use link::{Link, ScatterTerms, scatter_terms};
 pub use palette::Palette;

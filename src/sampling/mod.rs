@@ -3,6 +3,7 @@
 pub mod discrete;
 pub mod entries;
 pub mod grid;
+pub mod net;
 pub mod octahedral;
 pub mod permutation;
 pub mod poisson;
@@ -12,5 +13,6 @@ pub mod warp;
 pub use discrete::Discrete;
 pub use entries::{Cells, Entries, ROUND, Table};
 pub use grid::Grid2d;
+pub use net::{EDGE, Net, Pair, Points, Single};
 pub use permutation::Permutation;
 pub use rng::Rng;

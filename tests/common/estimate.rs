@@ -192,9 +192,19 @@ fn camera_paths<const N: usize, A: Accel>(
         let lens = world.lens.sample_vertex(rng.next_vec2());
         let w = world.lens.direction(lens.p, raster);
         let palette = Palette::new(lanes);
-        radiance(world, &palette, &lens, w, paths, rng, tally, |k, c| {
-            sums[grid.index(k, raster)] += c.dot(lanes.xyz[1]) as f64 * scale;
-        });
+        radiance(
+            world,
+            &palette,
+            &lens,
+            w,
+            paths,
+            None,
+            rng,
+            tally,
+            |k, c| {
+                sums[grid.index(k, raster)] += c.dot(lanes.xyz[1]) as f64 * scale;
+            },
+        );
     });
 }
 

@@ -2,7 +2,7 @@
 
 use super::scene;
 use metrolux::accel::{Embree, EmbreeOptions};
-use metrolux::path::{Kind, Palette, World};
+use metrolux::path::{Kind, LightPoint, Palette, World};
 use metrolux::plan::{Options, Plan};
 use metrolux::sampling::Rng;
 use metrolux::scene::Light;
@@ -64,7 +64,9 @@ fn lights_are_sampled_as_told() {
     let mut met = [0; 5];
     for i in 0..1000 {
         let mut rng = Rng::new(1, 0, 0, i);
-        let x0 = world.emitters.sample_point(&lamps, &palette, &mut rng);
+        let x0 = world
+            .emitters
+            .sample_point(&lamps, &palette, LightPoint::new(&mut rng));
         let x0 = x0.expect("there are lights");
         let light = x0.light as usize;
         met[light] += 1;

@@ -14,7 +14,7 @@ mod values;
 mod work;
 
 use super::CliError;
-use super::parse::{duration, positive_count};
+use super::parse::{duration, positive_count, threads};
 use super::signals::Signals;
 use super::voice::{Level, Voice, VoiceArgs};
 use crate::output::Events;
@@ -57,7 +57,7 @@ pub struct BatchArgs {
     #[arg(long, value_name = "TIME", value_parser = duration, default_value = "5m")]
     pub every: Duration,
     /// Worker threads of all renders together; one per core if not given
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = threads)]
     pub threads: Option<usize>,
     #[command(flatten)]
     pub voice: VoiceArgs,

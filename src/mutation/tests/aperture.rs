@@ -52,7 +52,17 @@ fn all_paths<const N: usize>(world: &Room, x: &Path<N>, n: u64) -> Regions {
             let tau = c.dot(x.lanes.target) as f64 * world.lens.raster_area;
             now.extend(cells(world, k, raster, tau));
         };
-        radiance(world, &palette, lens, w, Paths::All, rng, &mut tally, f);
+        radiance(
+            world,
+            &palette,
+            lens,
+            w,
+            Paths::All,
+            None,
+            rng,
+            &mut tally,
+            f,
+        );
     })
 }
 

@@ -140,6 +140,7 @@ fn seen_at<const N: usize>(world: &Room, x: &Path<N>, n: u64) -> Regions {
             &lens,
             w,
             Paths::All,
+            None,
             &mut rng,
             &mut tally,
             f,

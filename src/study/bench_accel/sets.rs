@@ -4,7 +4,7 @@ use crate::accel::record::{Kind, Recorder};
 use crate::accel::{Accel, Ray, Surface, closest, surface, visible};
 use crate::chain::{MltOptions, Shares};
 use crate::integrator::{Budget, Quiet, mlt};
-use crate::path::{Kind as Place, Palette, Tally, Vertex, World};
+use crate::path::{Kind as Place, LightPoint, Palette, Tally, Vertex, World};
 use crate::real::{Convert, Real, Vec2};
 use crate::sampling::{Rng, warp};
 use crate::scatter::Frame;
@@ -128,7 +128,11 @@ fn shadow<A: Accel>(world: &World<A>, hits: &[Surface]) -> Vec<Ray> {
     for (i, s) in hits.iter().enumerate() {
         let mut rng = Rng::new(1, STAGE, 1, i as u32);
         let palette = Palette::<1>::new(world.lanes(rng.next_f32()));
-        let Some(x0) = world.emitters.sample_point(world.scene, &palette, &mut rng) else {
+        let Some(x0) =
+            world
+                .emitters
+                .sample_point(world.scene, &palette, LightPoint::new(&mut rng))
+        else {
             break;
         };
         if x0.kind == Place::Infinite {
