@@ -219,6 +219,25 @@ fn float_images() {
     );
 }
 
+/// One channel is grey, whatever its name.
+#[test]
+fn grey_float_images() {
+    use exr::prelude as e;
+    use exr::prelude::WritableImage;
+    let dir = tempfile::tempdir().unwrap();
+    for name in ["Y", "height"] {
+        let path = dir.path().join("t.exr");
+        let pixels = |at: e::Vec2<usize>| (at.x() as f32 + 10.0 * at.y() as f32,);
+        let channel = e::SpecificChannels::build().with_channel::<f32>(name);
+        let image = e::Image::from_channels((3, 2), channel.with_pixel_fn(pixels));
+        image.write().to_file(&path).unwrap();
+        let s = with_image(&path, "").unwrap();
+        let i = &s.images[0];
+        assert_eq!((i.width, i.height), (3, 2));
+        assert_eq!(i.texel(5), [12.0; 3], "{name}");
+    }
+}
+
 /// A header that claims more than 2²⁶ texels is an error before anything is allocated.
 #[test]
 fn claims_are_checked() {

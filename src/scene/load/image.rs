@@ -169,6 +169,10 @@ fn decode_exr(path: &Path) -> std::result::Result<Image, String> {
             }
         }
     }
+    let first = meta.headers.first();
+    if first.is_some_and(|h| h.channels.list.len() == 1) {
+        return decode_grey_exr(path);
+    }
     let image = e::read_first_rgba_layer_from_file(
         path,
         |size, _| {
@@ -187,5 +191,30 @@ fn decode_exr(path: &Path) -> std::result::Result<Image, String> {
         width: size.width() as u32,
         height: size.height() as u32,
         texels: Texels::Floats(image.layer_data.channel_data.pixels.1),
+    })
+}
+
+/// A file with one channel, whatever its name: it is grey, as in pbrt-v4.
+fn decode_grey_exr(path: &Path) -> std::result::Result<Image, String> {
+    use exr::prelude::{ReadChannels, ReadLayers};
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(path)
+        .map_err(|e| e.to_string())?;
+    let layer = image.layer_data;
+    let grey = layer.channel_data.list.first();
+    let grey = grey.ok_or("no channel")?.sample_data.values_as_f32();
+    let texels: Vec<[f32; 3]> = grey.map(|v| [v; 3]).collect();
+    if texels.len() != layer.size.area() {
+        return Err("a channel that has not a value for each texel".into());
+    }
+    Ok(Image {
+        width: layer.size.width() as u32,
+        height: layer.size.height() as u32,
+        texels: Texels::Floats(texels),
     })
 }
