@@ -6,6 +6,9 @@ use crate::film::{Bins, Crop, Malformed, Reader, Shards, Writer};
 use crate::sampling::Rng;
 use std::io;
 
+/// Pixels that are written at a time.
+const TOGETHER: usize = 1024;
+
 /// Sums of camera samples over the crop.
 pub struct CameraSums {
     pub(super) crop: Crop,
@@ -113,8 +116,12 @@ impl CameraSums {
         w.f64(self.samples)?;
         self.shift.into_iter().try_for_each(|v| w.u32(v))?;
         self.shards.save(w)?;
-        let flat: Vec<f64> = self.sums.iter().flat_map(PixelSums::numbers).collect();
-        w.floats(&flat)?;
+        let mut bytes = Vec::with_capacity(TOGETHER * PixelSums::BYTES);
+        for some in self.sums.chunks(TOGETHER) {
+            bytes.clear();
+            some.iter().for_each(|s| s.append(&mut bytes));
+            w.bytes(&bytes)?;
+        }
         let spectra = self.spectra.as_ref();
         spectra.map_or(Ok(()), |(_, sums)| w.floats(sums))
     }
@@ -130,9 +137,9 @@ impl CameraSums {
         }
         let shift = [r.u32()?, r.u32()?];
         let shards = Shards::read(r)?;
-        let flat = r.floats(PixelSums::NUMBERS * crop.pixels())?;
-        let all = flat.as_chunks().0.iter();
-        let sums = all.map(PixelSums::of_numbers).collect();
+        r.holds(crop.pixels(), PixelSums::BYTES)?;
+        let all = r.bytes(crop.pixels() * PixelSums::BYTES)?.as_chunks();
+        let sums = all.0.iter().map(PixelSums::of_bytes).collect();
         let spectra = bins
             .map(|b| r.floats(crop.pixels() * b.count).map(|sums| (b, sums)))
             .transpose()?;

@@ -33,19 +33,24 @@ impl PixelSums {
         self.blocks[(i / size) as usize] += xyz[1] as f32;
     }
 
-    /// How many numbers are saved.
-    pub const NUMBERS: usize = 3 + BLOCKS;
+    /// How many bytes are saved.
+    pub const BYTES: usize = 3 * 8 + BLOCKS * 4;
 
-    /// All of it, as it is saved.
-    pub fn numbers(&self) -> impl Iterator<Item = f64> + use<> {
-        self.xyz.into_iter().chain(self.blocks.map(f64::from))
+    /// Adds all of it, as it is saved.
+    pub fn append(&self, bytes: &mut Vec<u8>) {
+        let xyz = self.xyz.iter();
+        xyz.for_each(|v| bytes.extend_from_slice(&v.to_le_bytes()));
+        let blocks = self.blocks.iter();
+        blocks.for_each(|v| bytes.extend_from_slice(&v.to_le_bytes()));
     }
 
-    /// What [`Self::numbers`] gave.
-    pub fn of_numbers(all: &[f64; Self::NUMBERS]) -> Self {
+    /// What [`Self::append`] added.
+    pub fn of_bytes(all: &[u8; Self::BYTES]) -> Self {
+        let (xyz, blocks) = all.split_at(3 * 8);
+        let (xyz, blocks) = (xyz.as_chunks().0, blocks.as_chunks().0);
         Self {
-            xyz: std::array::from_fn(|c| all[c]),
-            blocks: std::array::from_fn(|b| all[3 + b] as f32),
+            xyz: std::array::from_fn(|c| f64::from_le_bytes(xyz[c])),
+            blocks: std::array::from_fn(|b| f32::from_le_bytes(blocks[b])),
         }
     }
 
