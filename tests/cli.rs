@@ -436,4 +436,34 @@ fn completions_and_the_manual_are_made_of_the_same_options() {
         let here = bash.contains(&format!("metrolux,{command}"));
         assert!(here && page.contains(command), "{command}");
     }
+    let page = stdout(&metrolux().args(["man", "job", "slurm"]).assert().code(0));
+    assert!(page.contains(".TH metrolux-job-slurm"), "{page}");
+    metrolux().args(["man", "rendre"]).assert().code(2);
+    let dir = Folder::new();
+    let folder = dir.path("man1");
+    let mut c = metrolux();
+    c.args(["man", "-o"]).arg(&folder).assert().code(0);
+    for name in ["metrolux", "metrolux-render", "metrolux-job-openjd"] {
+        let text = fs::read_to_string(folder.join(format!("{name}.1"))).expect("there");
+        assert!(text.contains(".SH SYNOPSIS"), "{name}");
+    }
+    let render = fs::read_to_string(folder.join("metrolux-render.1")).expect("there");
+    assert!(
+        render.contains("mutations") && !render.contains("record"),
+        "hidden ones stay so"
+    );
+}
+
+/// No chains, no strategies.
+#[test]
+fn path_tracing_is_not_told_to_mutate() {
+    for (integrator, chains) in [("mlt", true), ("bdpt", false), ("pt", false)] {
+        let mut c = metrolux();
+        c.arg("plan")
+            .arg(cornell())
+            .args(["--integrator", integrator]);
+        let text = stdout(&c.assert().code(0));
+        assert_eq!(text.contains("strategies"), chains, "{text}");
+        assert!(text.contains("wavelengths    4 lanes"), "{text}");
+    }
 }

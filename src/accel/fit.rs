@@ -1,5 +1,6 @@
 //! What a backend may take for granted about geometry, and the boxes it may build with.
 
+use super::Ray;
 use crate::scene::instance::MOST_INSTANCES;
 use crate::scene::{Geometry, Quadric};
 use glam::{DVec3, Vec3};
@@ -43,6 +44,11 @@ pub(super) fn validate(geometry: &Geometry) -> Result<(), String> {
 /// Embree drops triangles beyond this magnitude (its FLT_LARGE) without a word.
 fn sane(p: Vec3) -> bool {
     p.is_finite() && p.abs().max_element() < 1.8e18
+}
+
+/// Embree ends the process on others.
+pub(super) fn is_fit(ray: &Ray) -> bool {
+    sane(ray.o) && sane(ray.d) && ray.d != Vec3::ZERO && !ray.t_max.is_nan()
 }
 
 fn validate_part(geometry: &Geometry) -> Result<(), String> {

@@ -68,6 +68,11 @@ impl OwnRay {
 }
 
 impl Ray {
+    /// A backend can be asked of it: a direction that is not 0, and numbers that are no larger than Embree takes.
+    pub fn is_fit(&self) -> bool {
+        fit::is_fit(self)
+    }
+
     /// As transport has it.
     pub fn own(&self) -> OwnRay {
         Ray {

@@ -9,6 +9,7 @@
 //! u32, then 14 f32: the map from the object to the world by columns, translation last, and the two bounds on its error).
 
 use super::Ray;
+use super::fit::validate;
 use super::record::Kind;
 use crate::scene::{Geometry, Instance, NONE, Quadric, Shape};
 use glam::{Mat3, Vec3};
@@ -123,7 +124,7 @@ pub fn read(mut input: impl Read) -> io::Result<(Geometry, Vec<(Ray, Kind)>)> {
         });
     }
     let mut rays = Vec::new();
-    for _ in 0..count {
+    for i in 0..count {
         let [ox, oy, oz, dx, dy, dz, t_max, kind] = words(&mut input)?;
         let kind = match kind {
             0.0 => Kind::Closest,
@@ -131,8 +132,13 @@ pub fn read(mut input: impl Read) -> io::Result<(Geometry, Vec<(Ray, Kind)>)> {
             _ => return Err(bad("a ray of unknown kind")),
         };
         let (o, d) = (Vec3::new(ox, oy, oz), Vec3::new(dx, dy, dz));
-        rays.push((Ray { o, d, t_max }, kind));
+        let ray = Ray { o, d, t_max };
+        if !ray.is_fit() {
+            return Err(bad(&format!("ray {i} cannot be asked: {ray:?}")));
+        }
+        rays.push((ray, kind));
     }
+    validate(&g).map_err(|e| bad(&e))?;
     Ok((g, rays))
 }
 

@@ -5,7 +5,7 @@ use super::outlet::tell;
 use super::parse::positive;
 use crate::accel::record::{self, Kind};
 use crate::accel::{Embree, EmbreeOptions, Ray};
-use crate::output::{ImageError, check_writable, write_atomic};
+use crate::output::{check_writable, write_atomic};
 use crate::scene::flatten::flatten;
 use crate::scene::load::{LoadOptions, load_scene, load_str};
 use crate::scene::{Geometry, Scene};
@@ -17,6 +17,7 @@ use crate::study::bench_accel::sets::{RaySet, of_scene};
 use crate::study::bench_accel::thicket::Thicket;
 use crate::study::bench_accel::{BenchError, Plan, bench, peak_of_build, terrain};
 use clap::Args;
+use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -121,7 +122,7 @@ pub fn run(args: &BenchAccelArgs, out: &mut dyn Write) -> Result<ExitCode, CliEr
         Some(folder.join(format!("bench-accel.{e}")))
     });
     for folder in args.output.iter().chain(&args.save_rays) {
-        std::fs::create_dir_all(folder).map_err(|e| not_writable(folder, e))?;
+        std::fs::create_dir_all(folder).map_err(|e| CliError::not_writable(folder, e))?;
         check_writable(&folder.join("bench-accel.json"))?;
     }
     let say = |line: String| {
@@ -155,9 +156,11 @@ pub fn run(args: &BenchAccelArgs, out: &mut dyn Write) -> Result<ExitCode, CliEr
         builds: Vec::new(),
         speeds: Vec::new(),
     };
+    let mut taken = BTreeSet::new();
     for input in inputs(args) {
         say(format!("{}: reading", input.name()));
-        let work = input.read(args)?;
+        let mut work = input.read(args)?;
+        work.name = untaken(work.name, &mut taken);
         if let Some(folder) = &args.save_rays {
             save(&work, folder)?;
         }
@@ -181,7 +184,7 @@ pub fn run(args: &BenchAccelArgs, out: &mut dyn Write) -> Result<ExitCode, CliEr
         }
     }
     let shown = if args.json { json } else { report.table() };
-    writeln!(out, "{shown}").map_err(|e| not_writable(Path::new("stdout"), e))?;
+    writeln!(out, "{shown}").map_err(|e| CliError::not_writable(Path::new("stdout"), e))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -225,14 +228,9 @@ fn print_peak(args: &BenchAccelArgs, key: &str, out: &mut dyn Write) -> Result<E
     let geometry = input.geometry(args)?;
     let threads = args.threads.first().map_or(1, |t| *t as usize);
     if let Some(bytes) = peak_of_build(&contender, &geometry, threads).map_err(failed)? {
-        writeln!(out, "{bytes}").map_err(|e| not_writable(Path::new("stdout"), e))?;
+        writeln!(out, "{bytes}").map_err(|e| CliError::not_writable(Path::new("stdout"), e))?;
     }
     Ok(ExitCode::SUCCESS)
-}
-
-fn not_writable(path: &Path, source: std::io::Error) -> CliError {
-    let path = path.into();
-    CliError::Output(ImageError::NotWritable { path, source })
 }
 
 /// A file's name without folder and ending.
@@ -241,6 +239,14 @@ fn stem(path: &Path) -> String {
         .unwrap_or_default()
         .to_string_lossy()
         .into_owned()
+}
+
+/// A name that no other input has: two scenes may have files of one name.
+fn untaken(name: String, taken: &mut BTreeSet<String>) -> String {
+    let numbered = (2..).map(|n| format!("{name}-{n}"));
+    let mut names = std::iter::once(name.clone()).chain(numbered);
+    let free = names.find(|n| taken.insert(n.clone()));
+    free.expect("numbers do not end")
 }
 
 /// Where geometry and rays come from.
@@ -340,9 +346,9 @@ fn save(work: &Work, folder: &Path) -> Result<(), CliError> {
     for set in &work.sets {
         let path = folder.join(format!("{}-{}.rays", work.name, set.title()));
         let rays: Vec<(Ray, Kind)> = set.rays.iter().map(|r| (*r, set.kind)).collect();
-        let file = std::fs::File::create(&path).map_err(|e| not_writable(&path, e))?;
+        let file = std::fs::File::create(&path).map_err(|e| CliError::not_writable(&path, e))?;
         record::write(std::io::BufWriter::new(file), &work.geometry, &[&rays])
-            .map_err(|e| not_writable(&path, e))?;
+            .map_err(|e| CliError::not_writable(&path, e))?;
     }
     Ok(())
 }

@@ -61,13 +61,14 @@ fn ray(text: &str) -> Result<(Kind, Ray), String> {
         return Err(expected());
     };
     let (o, d) = (Vec3::new(ox, oy, oz), Vec3::new(dx, dy, dz));
-    if !o.is_finite() || !d.is_finite() || d == Vec3::ZERO || t_max.is_nan() {
+    let ray = Ray { o, d, t_max };
+    if !ray.is_fit() {
+        let expected = expected();
         return Err(format!(
-            "{}: a direction that is not 0, finite numbers",
-            expected()
+            "{expected}: a direction that is not 0, numbers below 1.8e18"
         ));
     }
-    Ok((kind, Ray { o, d, t_max }))
+    Ok((kind, ray))
 }
 
 /// Runs the sub-command.

@@ -1,5 +1,7 @@
 //! `metrolux compare`: how far an image is from a reference.
 
+use super::distinct::{each, refuse_shared};
+use super::engine::is_png;
 use crate::output::{Image, ImageError, Window, png_bytes, read_windowed, write_atomic};
 use crate::study::metrics::{self, Comparison};
 use std::io::Write;
@@ -20,7 +22,7 @@ pub struct CompareArgs {
     #[arg(long)]
     pub json: bool,
     /// Exit with 1 if relMSE is above this, or a pixel is not finite.
-    #[arg(long, value_name = "X")]
+    #[arg(long, value_name = "X", value_parser = super::parse::finite)]
     pub max_relmse: Option<f64>,
     /// Write a false-colour image: red where the image is brighter, blue where darker, full at a factor of two.
     #[arg(long, value_name = "FILE.png")]
@@ -53,6 +55,9 @@ pub enum CompareError {
         /// Its place.
         reference_window: Window,
     },
+    /// Files that do not go together.
+    #[error("{0}")]
+    Usage(String),
     /// The report could not be printed.
     #[error("cannot print the comparison: {0}")]
     Print(#[from] std::io::Error),
@@ -63,7 +68,7 @@ impl CompareError {
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Image(e) => e.exit_code(),
-            Self::Sizes { .. } => 2,
+            Self::Sizes { .. } | Self::Usage(_) => 2,
             Self::Print(_) => 4,
         }
     }
@@ -71,6 +76,9 @@ impl CompareError {
 
 /// Compares, prints to `out` and returns the exit code: 0, or 1 if `--max-relmse` is exceeded.
 pub fn run(args: &CompareArgs, out: &mut dyn Write) -> Result<u8, CompareError> {
+    if let Some(file) = &args.diff {
+        check_difference(args, file).map_err(CompareError::Usage)?;
+    }
     let (image, image_window) = read_windowed(&args.image)?;
     let (reference, reference_window) = read_windowed(&args.reference)?;
     let reference = fit(
@@ -104,6 +112,17 @@ pub fn run(args: &CompareArgs, out: &mut dyn Write) -> Result<u8, CompareError> 
         result.non_finite > 0 || result.rel_mse.is_nan() || result.rel_mse > limit
     });
     Ok(u8::from(exceeded))
+}
+
+/// The difference is a picture for the eye, and no place for it is where the images are.
+fn check_difference(args: &CompareArgs, file: &PathBuf) -> Result<(), String> {
+    if !is_png(file) {
+        let file = file.display();
+        return Err(format!("cannot write {file}: expected --diff FILE.png"));
+    }
+    let written = each("--diff", [file]).collect();
+    let read = each("an image to compare", [&args.image, &args.reference]);
+    refuse_shared(&written, &read.collect()).map_err(|e| e.to_string())
 }
 
 /// The part of the reference that an image of this size and place shows, averaged down to its size.
@@ -232,6 +251,10 @@ mod tests {
         assert_eq!(call(&[&a, &b, "--max-relmse", "0.005"]).0, 1);
         assert_eq!(call(&[&a, &path("none.exr")]).0, 2);
         assert_eq!(call(&[&a, &b, "--diff", &path("no/d.png")]).0, 4);
+        // What is compared is not written over.
+        assert_eq!(call(&[&d, &d, "--diff", &d]).0, 2);
+        assert_eq!(call(&[&a, &b, "--diff", &path("d.exr")]).0, 2);
+        assert!(!dir.path().join("d.exr").exists());
         assert!(call(&[&a, &b]).1.contains("relMSE"));
     }
 

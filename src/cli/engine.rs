@@ -7,6 +7,7 @@ use super::job::Job;
 use super::lab::Lab;
 use super::layers::Separation;
 use super::outlet::tell;
+use super::plan_memory::Memory;
 use super::render_args::{AccelArg, MltArg, PrecisionArg, RenderArgs};
 use super::report::Report;
 use super::watch::{Unwatched, Watched, Watcher};
@@ -15,10 +16,8 @@ use crate::chain::MltOptions;
 use crate::film::Bins;
 use crate::integrator::{Bdpt, Budget, Outcome, Progress, Sampling};
 use crate::integrator::{bdpt_kept, first_hit, mlt_kept, pt_kept};
-use crate::output::{
-    Channel, Image, ImageError, Layers, Metadata, SpectralBins, write_exr, write_png,
-};
-use crate::path::{Heuristic, Tally, World};
+use crate::output::{Channel, Image, Layers, Metadata, SpectralBins, write_exr, write_png};
+use crate::path::{Heuristic, Tally, World, eye_on_surface};
 use crate::scene::load::load_scene;
 use crate::scene::{IntegratorKind, Scene};
 use crate::study::process::processor_seconds;
@@ -72,6 +71,8 @@ pub struct Rendered {
     pub metadata: Metadata,
     /// What goes into stats.json.
     pub report: Report,
+    /// Rays that could not be written.
+    pub unsaved: Option<CliError>,
 }
 
 impl Rendered {
@@ -104,10 +105,8 @@ pub fn is_png(file: &Path) -> bool {
 const RECORDED: usize = 20_000_000;
 
 fn save_rays<A: Accel>(recorder: &Recorder<A>, file: &Path) -> Result<(), CliError> {
-    recorder.save(file).map_err(|source| {
-        let path = file.into();
-        CliError::Output(ImageError::NotWritable { path, source })
-    })?;
+    let saved = recorder.save(file);
+    saved.map_err(|e| CliError::not_writable(file, e))?;
     let missed = recorder.missed();
     if missed > 0 {
         tell(format_args!(
@@ -208,6 +207,9 @@ pub fn render_on(
     watcher: &mut (dyn Watcher + Send),
 ) -> Result<Rendered, CliError> {
     let Prepared { scene, job, loaded } = prepared;
+    if let Some(text) = Memory::of(scene, job).too_much() {
+        return Err(CliError::Usage(text));
+    }
     let build = Instant::now();
     let told = |embree: String, accel: &dyn Accel| Told {
         load: *loaded,
@@ -232,10 +234,10 @@ pub fn render_on(
             };
             let accel = Recorder::new(accel, RECORDED / pool.current_num_threads());
             let any: &dyn Accel = &accel;
-            let rendered =
-                pool.install(|| watched_on(args, job, scene, &any, told, (progress, watcher)));
-            save_rays(&accel, file)?;
-            rendered
+            let mut rendered =
+                pool.install(|| watched_on(args, job, scene, &any, told, (progress, watcher)))?;
+            rendered.unsaved = save_rays(&accel, file).err();
+            Ok(rendered)
         }
         (AccelArg::Checked, None) => {
             let embree = embree()?;
@@ -305,8 +307,19 @@ fn with_lanes<const N: usize, A: Accel>(
     let world = World::new(scene, accel, scene.settings.max_depth)
         .with_target(job.target)
         .with_plan(&job.plan);
-    let begun = (Instant::now(), processor_seconds());
     let mut looks = Tally::default();
+    if let Some(id) = eye_on_surface(&world, &mut looks) {
+        let of = &scene.sources;
+        let camera = of
+            .camera
+            .as_ref()
+            .map_or(String::new(), |c| format!("{c}: "));
+        let surface = of.surface(&scene.geometry, id);
+        return Err(CliError::Usage(format!(
+            "{camera}the eye lies on a surface: found it on {surface}, expected it beside"
+        )));
+    }
+    let begun = (Instant::now(), processor_seconds());
     let decisions = match job.integrator {
         IntegratorKind::Mlt => Decisions::new::<N, A>(args, job, &world, &mut looks),
         IntegratorKind::Pt | IntegratorKind::Bdpt => Decisions::asked(args, job),

@@ -4,6 +4,7 @@ use super::compare::CompareError;
 use crate::accel::EmbreeError;
 use crate::output::ImageError;
 use crate::scene::load::SceneError;
+use std::path::Path;
 use std::process::ExitCode;
 
 /// Why a command could not do its work.
@@ -39,13 +40,19 @@ impl CliError {
     /// 1 internal · 2 usage, scene or unreadable input · 4 output not writable · 75 interrupted.
     pub fn code(&self) -> u8 {
         match self {
-            Self::Scene(_) | Self::Usage(_) => 2,
+            Self::Scene(_) | Self::Usage(_) | Self::Accel(EmbreeError::Geometry(_)) => 2,
             Self::Output(e) => e.exit_code(),
             Self::Compare(e) => e.exit_code(),
             Self::Stdout(_) => 4,
             Self::Stopped(_) => 75,
             Self::Accel(_) | Self::Internal(_) => 1,
         }
+    }
+
+    /// That a file cannot be written.
+    pub fn not_writable(path: &Path, source: std::io::Error) -> Self {
+        let path = path.into();
+        Self::Output(ImageError::NotWritable { path, source })
     }
 
     /// [`Self::code`] as the process returns it.

@@ -166,10 +166,15 @@ impl Job {
             (None, Some(TargetArg::Luminance)) => Target::Luminance,
             (None, _) => Target::Mixed,
         };
+        let plan = plan(args, scene)?;
+        if args.target_error.is_some() && !plan.lit.contains(&true) {
+            let text = "--target-error is relative to the image: found a scene without light, whose image is black";
+            return Err(usage(text.into()));
+        }
         Ok(Self {
             bins: args.spectral.map(|n| Bins::new(n as usize)),
             target,
-            plan: plan(args, scene)?,
+            plan,
             integrator,
             stop: Stop {
                 budget,

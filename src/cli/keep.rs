@@ -126,6 +126,7 @@ impl<'a> Keep<'a> {
         self.last = Instant::now();
         let bytes = std::fs::metadata(file).map_or(0, |m| m.len());
         let seconds = begun.elapsed().as_secs_f64();
+        let file = file.display().to_string();
         let told = json!({ "file": file, "bytes": bytes, "seconds": seconds });
         self.voice.event("checkpoint", &told);
         Ok(())
@@ -237,7 +238,7 @@ impl Watcher for Keep<'_> {
         }
         if show && !finished && self.args.shard.is_none() {
             let image = develop(run.outcome());
-            for file in self.outputs {
+            for file in self.outputs.iter().filter(|_| image.report.begun()) {
                 if let Err(e) = image.write(file, self.args.exposure) {
                     self.complain(&e);
                 }

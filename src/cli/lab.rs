@@ -117,6 +117,7 @@ impl Lab {
             channels: Vec::new(),
             metadata: report.metadata(),
             report,
+            unsaved: None,
         }
     }
 }

@@ -1,12 +1,14 @@
 //! `metrolux merge`.
 
 use super::CliError;
+use super::distinct::{each, refuse_shared};
 use super::engine::Rendered;
 use super::identity::Identity;
 use super::job::is_image;
 use super::keep::{bad, list, read_run, refuse_others, understand};
 use super::lab::{GreyBins, Lab};
 use super::layers::Separation;
+use super::render::names;
 use super::report::{Report, write_json};
 use super::voice::{Level, Voice, VoiceArgs};
 use crate::chain::Shares;
@@ -45,7 +47,7 @@ pub struct MergeArgs {
     #[arg(long)]
     pub allow_missing: bool,
     /// Exposure of PNG files in stops
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_parser = super::parse::stops)]
     pub exposure: f32,
     /// Write counters as JSON
     #[arg(long, value_name = "FILE")]
@@ -71,25 +73,38 @@ fn work(args: &MergeArgs, voice: &Voice) -> Result<u8, CliError> {
             return Err(CliError::Usage(text));
         }
     }
-    let written = args.output.iter().chain(&args.checkpoint);
-    for o in written.chain(&args.stats) {
+    if let Some(file) = args.checkpoint.as_ref().filter(|f| f.exists()) {
+        let text = format!("{}: is there already", file.display());
+        return Err(CliError::Usage(text));
+    }
+    let written = each("--output", &args.output)
+        .chain(each("--checkpoint", &args.checkpoint))
+        .chain(each("--stats", &args.stats))
+        .collect();
+    refuse_shared(&written, &each("a part", &args.parts).collect())?;
+    for (_, o) in &written {
         check_writable(o)?;
     }
     let told = json!({
         "version": env!("CARGO_PKG_VERSION"),
-        "parts": args.parts,
-        "outputs": args.output,
+        "parts": names(&args.parts),
+        "outputs": names(&args.output),
     });
     voice.event("start", &told);
     let (identity, mut state) = add_up(args, voice)?;
-    if let Some(file) = &args.checkpoint {
-        write_run(file, &identity.label(), &mut |w| state.save(w))?;
-    }
+    // A file that cannot be written must not take the others with it.
+    let saved = args.checkpoint.as_ref().map_or(Ok(()), |file| {
+        write_run(file, &identity.label(), &mut |w| state.save(w)).map_err(CliError::from)
+    });
     let rendered = picture(&identity, &mut state, start).map_err(|e| bad(&args.parts[0], e))?;
+    let mut written = saved;
     for o in &args.output {
-        rendered.write(o, args.exposure)?;
-        voice.event("written", &json!({ "file": o }));
+        match rendered.write(o, args.exposure) {
+            Ok(()) => voice.event("written", &json!({ "file": o.display().to_string() })),
+            Err(e) => written = written.and(Err(e)),
+        }
     }
+    written?;
     if let Some(path) = &args.stats {
         write_json(path, &rendered.report)?;
     }

@@ -9,6 +9,7 @@ mod bench_accel;
 mod check_rays;
 mod compare;
 mod decide;
+mod distinct;
 mod engine;
 mod error;
 mod farm;
@@ -93,8 +94,8 @@ enum Command {
     Predict(Box<predict::PredictArgs>),
     /// Print shell completions
     Completions(manual::CompletionsArgs),
-    /// Print the manual page (roff)
-    Man,
+    /// Print a manual page (roff), or write all of them
+    Man(manual::ManArgs),
 }
 
 /// Runs the command line and says how it went.
@@ -116,7 +117,7 @@ pub fn main() -> ExitCode {
         Command::Study(args) => study::run(&args),
         Command::Predict(args) => predict::run(&args),
         Command::Completions(args) => manual::completions(&args),
-        Command::Man => manual::man(),
+        Command::Man(args) => manual::man(&args),
     };
     match done {
         Ok(code) => code,

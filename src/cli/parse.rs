@@ -11,6 +11,26 @@ pub fn positive(s: &str) -> Result<f64, String> {
         .ok_or_else(|| "expected a number > 0".into())
 }
 
+/// The words of the command line, whatever bytes they are of.
+pub fn words() -> impl Iterator<Item = String> {
+    let words = std::env::args_os();
+    words.map(|w| w.to_string_lossy().into_owned())
+}
+
+/// A number that is one.
+pub fn finite(s: &str) -> Result<f64, String> {
+    let v = s.parse::<f64>().ok();
+    v.filter(|v| v.is_finite())
+        .ok_or_else(|| "expected a number".into())
+}
+
+/// Stops of exposure.
+pub fn stops(s: &str) -> Result<f32, String> {
+    let v = s.parse::<f32>().ok();
+    v.filter(|v| (-100.0..=100.0).contains(v))
+        .ok_or_else(|| "expected a number from -100 to 100".into())
+}
+
 /// K numbers between separators.
 fn numbers<const K: usize>(s: &str, sep: char, what: &str) -> Result<[u32; K], String> {
     let v: Vec<u32> = s

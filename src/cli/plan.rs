@@ -194,7 +194,10 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode, CliError> {
         "{}: {integrator}, {w}x{h}",
         args.render.scene.display()
     ))?;
-    print(plan.text().trim_end_matches('\n'))?;
+    print(
+        plan.text(job.integrator == IntegratorKind::Mlt)
+            .trim_end_matches('\n'),
+    )?;
     if let Some(decided) = &decisions {
         let [direct, stages] = decided.text();
         print(format_args!("shares         {}", decided.shares()))?;
@@ -208,6 +211,9 @@ pub fn run(args: &PlanArgs) -> Result<ExitCode, CliError> {
         .collect();
     let (total, parts) = (megabytes(memory.total()), parts.join(", "));
     print(format_args!("memory         about {total}: {parts}"))?;
+    if let Some(text) = memory.too_much() {
+        print(format_args!("               {text}"))?;
+    }
     if scene.warnings.is_empty() {
         print("refused        nothing")?;
     }

@@ -5,6 +5,7 @@ use crate::chain::MltOptions;
 use crate::path::{Link, Vertex};
 use crate::scene::texture::Texels;
 use crate::scene::{Facet, Geometry, Instance, IntegratorKind, Light, Scene};
+use crate::study::process::machine_bytes;
 
 /// Bytes by what they are for.
 pub struct Memory {
@@ -24,7 +25,7 @@ const SPLATS: usize = 32;
 /// Bytes of a pixel and group.
 const GROUP: usize = 8;
 /// Bytes of a pixel in the sums of camera samples.
-const CAMERA: usize = 48;
+const CAMERA: usize = 56;
 
 impl Memory {
     /// Of a job.
@@ -86,6 +87,21 @@ impl Memory {
     /// Sum of all parts.
     pub fn total(&self) -> u64 {
         self.parts.iter().map(|p| p.1).sum()
+    }
+
+    /// What to say if this machine has no room for it: an allocation that fails ends the process, and so does a system
+    /// that has run out.
+    pub fn too_much(&self) -> Option<String> {
+        let (needed, there) = (self.total(), machine_bytes());
+        (there > 0 && needed > there).then(|| {
+            let largest = self.parts.iter().max_by_key(|p| p.1).expect("parts");
+            format!(
+                "this render needs about {} of memory, most of it for {}: found a machine with {}",
+                megabytes(needed),
+                largest.0,
+                megabytes(there)
+            )
+        })
     }
 }
 

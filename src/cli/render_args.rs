@@ -219,7 +219,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "tev[:HOST[:PORT]]", value_parser = viewer, conflicts_with = "shard")]
     pub preview: Option<ViewerArg>,
     /// Exposure of PNG files in stops
-    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 0.0, allow_negative_numbers = true, value_parser = super::parse::stops)]
     pub exposure: f32,
     /// Treat unsupported directives as warnings
     #[arg(long)]

@@ -238,6 +238,12 @@ impl Report {
             .sum()
     }
 
+    /// There is a picture: a round or a sample of it.
+    pub fn begun(&self) -> bool {
+        let rounds = self.mlt.as_ref().map(|m| m.rounds);
+        rounds.or(self.samples_per_pixel) != Some(0)
+    }
+
     /// The part of the image that is rendered.
     pub fn crop(&self) -> [u32; 4] {
         self.crop

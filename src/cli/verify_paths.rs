@@ -105,7 +105,7 @@ pub fn against(
     };
     let found = inspect::work_on(args, prepared, accel.as_ref(), work)?;
     let mut s = found.map_err(|e| bad(file, e.0))?;
-    let text = text(&mut s, &label, &here, &settings(std::env::args()));
+    let text = text(&mut s, &label, &here, &settings(super::parse::words()));
     Ok((text, s.over_bound <= 1.0))
 }
 

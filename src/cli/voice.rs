@@ -98,6 +98,10 @@ impl Voice {
     /// # Errors
     /// A log that cannot be written.
     pub fn new(args: &VoiceArgs, quiet: bool) -> Result<Self, CliError> {
+        if args.log == Some(LogArg::Stderr) && args.progress == ProgressArg::Plain {
+            let text = "--log json and --progress plain both go to stderr: expected --log json=FILE, or no --progress plain";
+            return Err(CliError::Usage(text.into()));
+        }
         let log = match &args.log {
             None => None,
             Some(LogArg::Stderr) => Some(Events::to(Box::new(std::io::stderr()))),

@@ -32,6 +32,12 @@ pub fn check_writable(path: &Path) -> Result<(), ImageError> {
     let folder = folder(path);
     std::fs::create_dir_all(folder)
         .and_then(|()| tempfile::tempfile_in(folder).map(drop))
+        .and_then(|()| match std::fs::metadata(path) {
+            Ok(there) if there.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
+            // A device would be replaced, not written to.
+            Ok(there) if !there.is_file() => Err(io::Error::other("is there and is no file")),
+            _ => Ok(()),
+        })
         .map_err(|source| ImageError::NotWritable {
             path: path.into(),
             source,
@@ -128,5 +134,17 @@ mod tests {
         assert_eq!(e.exit_code(), 4);
         // A folder in the target's place.
         assert!(write_atomic(dir.path(), b"x").is_err());
+        assert_eq!(check_writable(dir.path()).unwrap_err().exit_code(), 4);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_device_is_not_written_over() {
+        assert_eq!(
+            check_writable("/dev/null".as_ref())
+                .unwrap_err()
+                .exit_code(),
+            4
+        );
     }
 }

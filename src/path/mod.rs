@@ -9,6 +9,7 @@
 
 mod bidir;
 mod emitter;
+mod eye;
 mod lens;
 mod link;
 mod palette;
@@ -24,6 +25,7 @@ mod world;
 
 pub use bidir::{Heuristic, Joined, Sampler};
 pub use emitter::{Emitters, LightPoint};
+pub use eye::eye_on_surface;
 pub use lens::Lens;
 pub use link::{Link, ScatterTerms, scatter_terms};
 pub use palette::Palette;

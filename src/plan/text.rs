@@ -15,15 +15,18 @@ const WHATEVER_IS_FOUND: &str = "caustic and multichain have a share whether a p
                                  that are hardest to find";
 
 impl Plan {
-    /// Every effect with its cause or what is skipped, the strategies, the wavelengths, the lights.
-    pub fn text(&self) -> String {
+    /// Every effect with its cause or what is skipped, the strategies of chains if there will be any, the wavelengths, the
+    /// lights.
+    pub fn text(&self, chains: bool) -> String {
         let mut t = String::from("effects\n");
         for f in &self.findings {
             let (word, rest) = told(f);
             let _ = writeln!(t, "  {:<12} {word:<9} {rest}", f.effect.name());
         }
-        let _ = writeln!(t, "strategies     {}", self.strategies());
-        if self.on(Effect::Caustic) || self.on(Effect::MultiChain) {
+        if chains {
+            let _ = writeln!(t, "strategies     {}", self.strategies());
+        }
+        if chains && (self.on(Effect::Caustic) || self.on(Effect::MultiChain)) {
             let _ = writeln!(t, "               {WHATEVER_IS_FOUND}");
         }
         let _ = writeln!(t, "wavelengths    {}", self.wavelengths());
@@ -41,8 +44,8 @@ impl Plan {
         t
     }
 
-    /// In two lines: what is simulated, and how.
-    pub fn short(&self) -> String {
+    /// In two lines: what is simulated, and how, with chains or without.
+    pub fn short(&self, chains: bool) -> String {
         let names = |on: bool| -> String {
             let of = self.findings.iter().filter(|f| f.verdict.on() == on);
             let names: Vec<&str> = of.map(|f| f.effect.name()).collect();
@@ -52,11 +55,14 @@ impl Plan {
             }
         };
         format!(
-            "plan: {}; not called for: {}\nplan: {}; {}",
+            "plan: {}; not called for: {}\nplan: {}{}",
             names(true),
             names(false),
             self.wavelengths(),
-            self.strategies()
+            match chains {
+                true => format!("; {}", self.strategies()),
+                false => String::new(),
+            }
         )
     }
 

@@ -1,5 +1,7 @@
 //! Where the things of a scene stand in its files.
 
+use super::PrimId;
+use super::geometry::Geometry;
 use super::load::Location;
 use std::fmt;
 use std::sync::Arc;
@@ -48,4 +50,18 @@ pub struct Sources {
     pub camera: Option<Source>,
     /// The integrator, if the file has one.
     pub integrator: Option<Source>,
+}
+
+impl Sources {
+    /// The shape that a primitive is part of.
+    pub fn surface(&self, geometry: &Geometry, id: PrimId) -> String {
+        let (instance, part, prim) = geometry.resolve(id);
+        let shape = part.prim_shape[prim as usize] as usize;
+        let shapes = instance.map_or(Some(self.shapes.as_slice()), |i| {
+            let object = self.objects.get(i.object as usize)?;
+            Some(object.1.as_slice())
+        });
+        let source = shapes.and_then(|s| s.get(shape));
+        source.map_or_else(|| "a shape".into(), Source::to_string)
+    }
 }

@@ -24,8 +24,19 @@ pub fn forget_peak() -> bool {
     std::fs::write("/proc/self/clear_refs", "5").is_ok()
 }
 
+/// Memory and swap of the machine, bytes; 0 where the system does not tell.
+pub fn machine_bytes() -> u64 {
+    let of = |key| kilobytes("/proc/meminfo", key);
+    of("MemTotal:") + of("SwapTotal:")
+}
+
 fn status(key: &str) -> u64 {
-    let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    kilobytes("/proc/self/status", key)
+}
+
+/// A line of a file that is the system's, in bytes.
+fn kilobytes(file: &str, key: &str) -> u64 {
+    let text = std::fs::read_to_string(file).unwrap_or_default();
     let line = text.lines().find_map(|l| l.strip_prefix(key));
     let kb = line.and_then(|l| l.split_whitespace().next()?.parse::<u64>().ok());
     kb.unwrap_or(0) * 1024
@@ -58,5 +69,6 @@ mod tests {
     fn there_was_at_least_as_much_memory_as_there_is() {
         let now = resident_bytes();
         assert!(now > 0 && peak_bytes() >= now);
+        assert!(machine_bytes() > now);
     }
 }

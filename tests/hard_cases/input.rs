@@ -157,6 +157,29 @@ const MISTAKES: &[(&str, &str)] = &[
         "Integrator \"mlt\" \"integer maxdepth\" -1\nWorldBegin",
     ),
     ("the film after WorldBegin", "WorldBegin\nFilm \"rgb\""),
+    ("an unknown integrator", "Integrator \"mtl\"\nWorldBegin"),
+    (
+        "a camera too far away",
+        "LookAt 0 0 1e20 0 0 0 0 1 0\nCamera \"perspective\"\nWorldBegin\nShape \"sphere\"",
+    ),
+    (
+        "a light too far away",
+        "WorldBegin\nShape \"sphere\"\nLightSource \"point\" \"point3 from\" [ 0 1e18 0 ]",
+    ),
+    (
+        "a shape too far away",
+        "WorldBegin\nShape \"sphere\"\nTranslate 0 0 3e18\nShape \"sphere\"",
+    ),
+    (
+        "an instance too far away",
+        "WorldBegin\nObjectBegin \"o\"\nShape \"sphere\"\nObjectEnd\nTranslate 0 0 1\nObjectInstance \"o\"\n\
+         Translate 0 0 3e20\nObjectInstance \"o\"",
+    ),
+    (
+        "an eye on an edge",
+        "LookAt 0.1 0.2 5 0 0 0 0 1 0\nCamera \"perspective\"\nWorldBegin\nLightSource \"point\"\n\
+         Shape \"trianglemesh\" \"point3 P\" [ -9.3 0.2 5  9.7 0.2 5  0 3 9 ] \"integer indices\" [ 0 1 2 ]",
+    ),
 ];
 
 #[test]
@@ -183,10 +206,12 @@ fn mistakes_are_told_with_their_place() {
             "{what}"
         );
         assert!(
-            told.starts_with("error: ") && told.contains("scene.pbrt"),
+            told.contains("error: ") && told.contains("scene.pbrt"),
             "{what}: {told}"
         );
-        let _ = write!(all, "{what}\n  {told}");
+        // What is told of the plan before is not of the mistake.
+        let (_, error) = told.split_once("error: ").expect("as just seen");
+        let _ = write!(all, "{what}\n  error: {error}");
     }
     insta::assert_snapshot!(all);
 }

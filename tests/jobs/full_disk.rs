@@ -63,6 +63,10 @@ fn a_full_disk_loses_no_checkpoint() {
         said.contains("warning") && said.contains("the render goes on"),
         "{said}"
     );
+    assert!(
+        bits(&dir.path().join("a.exr")) == whole,
+        "the image is made"
+    );
     small.empty();
     let resumed = [&kept[..], &["--resume=require"]].concat();
     render(dir.path(), &resumed).assert().code(0);

@@ -154,6 +154,12 @@ fn without_a_checkpoint_a_signal_leaves_the_image_so_far() {
     c.args(["--resolution", "16x12", "--time-limit", "1m", "-o", "a.exr"]);
     let child = c.stderr(Stdio::piped()).spawn().expect("it starts");
     wait_until_catching(&child);
+    // Before there is an image it writes none when it is asked for it.
+    while !dir.join("a.exr").exists() {
+        signal(&child, "-HUP");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    fs::remove_file(dir.join("a.exr")).expect("there");
     signal(&child, "-TERM");
     let (code, said) = text(child);
     assert_eq!(code, Some(143), "{said}");

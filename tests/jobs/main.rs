@@ -4,6 +4,7 @@ mod batch;
 mod bytes;
 mod damage;
 mod engines;
+mod files;
 mod full_disk;
 mod kill;
 mod layers;

@@ -63,6 +63,25 @@ fn scale_goes_into_window_and_lens() {
     assert!((s.camera.screen[1] - 2.0 * 16.0 / 9.0).abs() < 1e-5);
 }
 
+/// A density on a lens of 10⁻¹⁸ would overflow, and nobody could tell its picture from a pinhole's.
+#[test]
+fn a_lens_without_size_is_a_pinhole() {
+    let with = |radius: &str| {
+        load(&format!(
+            "LookAt 0 0 5 0 0 0 0 1 0\nCamera \"perspective\" \"float lensradius\" {radius}\nWorldBegin\n\
+             LightSource \"point\"\nShape \"sphere\""
+        ))
+        .unwrap()
+    };
+    let s = with("1e-18");
+    assert_eq!(s.camera.lens_radius, 0.0);
+    assert_eq!(
+        s.warnings,
+        ["<text>:2:1: a lens of radius 1e-18 is as good as none"]
+    );
+    assert_eq!(with("1e-9").camera.lens_radius, 1e-9);
+}
+
 #[test]
 fn film() {
     let s = camera(

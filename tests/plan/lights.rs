@@ -37,7 +37,7 @@ fn parts_are_those_of_the_power() {
         // Radiances are f32.
         assert!((c.part - part).abs() < 1e-6, "{c:?} {part}");
     }
-    let text = plan.text();
+    let text = plan.text(true);
     assert!(
         text.contains("4 of 5 are sampled, chosen by luminous power"),
         "{text}"

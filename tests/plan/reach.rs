@@ -25,7 +25,11 @@ fn a_lamp_with_everything_behind_it_is_not_sampled() {
     let up = plan(&lamp(true));
     assert_eq!(up.lit, [false]);
     assert_eq!(up.unlit[0].why, Dark::FacesAway);
-    assert!(up.text().contains("0 of 1 are sampled"), "{}", up.text());
+    assert!(
+        up.text(true).contains("0 of 1 are sampled"),
+        "{}",
+        up.text(true)
+    );
     assert_eq!(plan(&lamp(false)).lit, [true]);
     // Something above it, be it ever so little, or another side that shines.
     let above = lamp(true)

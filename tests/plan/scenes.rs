@@ -23,7 +23,12 @@ fn plans_of_the_committed_scenes() {
     for path in committed() {
         let scene = load_scene(&path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
         let plan = Plan::new(&scene, &Options::default());
-        text += &format!("{}\n{}{}\n\n", path.display(), plan.text(), plan.short());
+        text += &format!(
+            "{}\n{}{}\n\n",
+            path.display(),
+            plan.text(true),
+            plan.short(true)
+        );
     }
     insta::assert_snapshot!(text);
 }

@@ -53,7 +53,7 @@ fn what_is_behind_the_camera_or_beside_its_view_falls_away() {
             assert_eq!(unseen(&text), 1, "{x} {y} {z}");
             let plan = Plan::new(&scene(&text), &Options::default());
             assert!(!plan.on(Effect::Colour), "its colour is nobody's");
-            assert!(plan.text().contains("is where no path can come"));
+            assert!(plan.text(true).contains("is where no path can come"));
         }
     }
 }

@@ -4,9 +4,10 @@ use super::board::Board;
 use super::expand::Job;
 use super::store::{Done, Stamp, Store, settings};
 use crate::cli::CliError;
+use crate::cli::distinct::{each, refuse_shared};
 use crate::cli::engine::{self, Prepared};
 use crate::cli::keep::{Ended, Keep};
-use crate::cli::render::{announce, judge, write};
+use crate::cli::render::{announce, judge, write, written};
 use crate::cli::render_args::{RenderArgs, ResumeArg};
 use crate::cli::report::write_json;
 use crate::cli::signals::Signals;
@@ -216,7 +217,12 @@ fn attempt(
     let prepared = Prepared::of(&args, scene, loaded.took)?;
     announce(&args, &prepared, voice);
     let outputs = &prepared.job.outputs;
-    for o in outputs.iter().chain(&args.stats) {
+    let written = written(&args, outputs);
+    refuse_shared(
+        &written,
+        &each("the scene", &prepared.scene.files).collect(),
+    )?;
+    for (_, o) in &written {
         check_writable(o)?;
     }
     let how = if file.exists() {

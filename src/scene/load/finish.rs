@@ -1,11 +1,15 @@
 //! From what was read to a [`Scene`]: recentred, in f32, without degenerate triangles.
 
 use super::error::{Location, Result, SceneError};
+use super::far::{reaches, within};
 use super::place::World;
 use super::state::{Loader, source};
 use crate::scene::geometry::{Geometry, NONE};
 use crate::scene::{Light, Scene, Sources};
 use glam::{DVec3, Vec3};
+
+/// A smaller lens, beside how far the scene reaches, cannot be told from a pinhole, and densities on it overflow.
+const LEAST_LENS: f64 = 1e-12;
 
 impl Loader {
     /// Makes the scene after the last directive.
@@ -26,12 +30,17 @@ impl Loader {
         let all = all.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
         let origin = all.map_or(DVec3::ZERO, corner_of);
         camera.position = (eye - origin).as_vec3();
-        if !camera.position.is_finite() {
-            return Err(SceneError::value(
-                whole,
-                "the camera is too far from the scene",
-            ));
+        let camera_at = self
+            .sources
+            .camera
+            .as_ref()
+            .map_or(whole, |c| &c.at)
+            .clone();
+        within(eye - origin, &camera_at)?;
+        for light in &self.lights {
+            within(light.position.unwrap_or(origin) - origin, &light.source.at)?;
         }
+        reaches(&world, origin)?;
         let mut sources = std::mem::take(&mut self.sources);
         let (mut geometry, mut lights, dropped) = geometry(world, origin, &mut sources, whole)?;
         // How far from the stored origin rays begin and end.
@@ -48,6 +57,14 @@ impl Loader {
                 whole,
                 format!("{dropped} triangles without area are left out"),
             );
+        }
+        if camera.lens_radius > 0.0 && f64::from(camera.lens_radius) < LEAST_LENS * reach {
+            let text = format!(
+                "a lens of radius {:e} is as good as none",
+                camera.lens_radius
+            );
+            self.warn(&camera_at, text);
+            camera.lens_radius = 0.0;
         }
         for pending in std::mem::take(&mut self.lights) {
             let mut light = pending.light;

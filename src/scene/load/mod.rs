@@ -3,6 +3,7 @@
 
 mod directives;
 mod error;
+mod far;
 mod finish;
 mod hash;
 mod image;

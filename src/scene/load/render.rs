@@ -8,6 +8,17 @@ use crate::scene::{FilterKind, FilterSettings, IntegratorKind, RenderSettings};
 /// Sampler parameters: which random numbers, not which image.
 const SAMPLER: [&str; 4] = ["seed", "randomization", "jitter", "samplesperpixel"];
 
+/// pbrt-v4's samplers.
+const SAMPLERS: [&str; 7] = [
+    "independent",
+    "stratified",
+    "halton",
+    "sobol",
+    "paddedsobol",
+    "zsobol",
+    "pmj02bn",
+];
+
 /// Integrator parameters: how the same image is reached.
 const INTEGRATOR: [&str; 9] = [
     "lightsampler",
@@ -78,6 +89,9 @@ impl Loader {
 
     fn sampler(&mut self) -> Result<Option<u32>> {
         let (kind, p) = directive(self.prelude.sampler.take(), "independent", "Sampler");
+        if !SAMPLERS.contains(&kind.as_str()) {
+            self.warn(&p.at, format!("the sampler \"{kind}\" is not known"));
+        }
         let count = |name: &str| -> Result<Option<i64>> {
             match p.get(name) {
                 Some(_) => p.integer(name, 1, 1..=i64::from(u32::MAX)).map(Some),
@@ -104,7 +118,15 @@ impl Loader {
             "path" | "volpath" | "simplepath" | "simplevolpath" => Some(IntegratorKind::Pt),
             "bdpt" => Some(IntegratorKind::Bdpt),
             "mlt" => Some(IntegratorKind::Mlt),
-            _ => None,
+            // They reach the image by other ways than those here.
+            "lightpath" | "sppm" | "randomwalk" => None,
+            other => {
+                let e = SceneError::unsupported(&p.at, "this integrator is not supported")
+                    .found(format!("\"{other}\""))
+                    .expected("\"mlt\", \"bdpt\", \"path\" or \"volpath\"");
+                self.complain(vec![e])?;
+                None
+            }
         };
         let max_depth = p.integer("maxdepth", 5, 0..=1 << 20)? as u32;
         let mutations = match p.get("mutationsperpixel") {
