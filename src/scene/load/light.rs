@@ -130,7 +130,7 @@ impl Library {
     fn spot(&self, p: &Params, to_world: &DMat4) -> Result<(Light, DVec3)> {
         let i = self.emitted(p, "I")?.unwrap_or_else(|| self.white.clone());
         let mut s = scale(p)?;
-        let cone = p.float_where("coneangle", 30.0, "0 to 180 degrees", |v| {
+        let cone = p.float_where("coneangle", 30.0, "above 0, at most 180 degrees", |v| {
             v > 0.0 && v <= 180.0
         })?;
         let delta = p.float_where("conedeltaangle", 5.0, "0 to the cone angle", |v| {

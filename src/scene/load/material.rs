@@ -146,14 +146,19 @@ impl Library {
         let u = self.float_texture_opt(p, "uroughness")?;
         let v = self.float_texture_opt(p, "vroughness")?;
         let remap = p.boolean("remaproughness", true)?;
-        let (u, v) = (u.unwrap_or(both.clone()), v.unwrap_or(both));
-        for (t, name) in [(&u, "uroughness"), (&v, "vroughness")] {
-            if let FloatTexture::Constant(a) = t
+        let given = [
+            (Some(&both), "roughness"),
+            (u.as_ref(), "uroughness"),
+            (v.as_ref(), "vroughness"),
+        ];
+        for (t, name) in given {
+            if let Some(FloatTexture::Constant(a)) = t
                 && *a < 0.0
             {
                 return Err(p.bad(name).found(a).expected("no negative roughness"));
             }
         }
+        let (u, v) = (u.unwrap_or(both.clone()), v.unwrap_or(both));
         Ok(match (u, v, remap) {
             // pbrt-v4's RoughnessToAlpha.
             (FloatTexture::Constant(u), FloatTexture::Constant(v), true) => Roughness {

@@ -246,12 +246,18 @@ fn grid(f: impl Fn(f64, f64) -> (DVec3, Option<DVec3>)) -> Mesh {
             mesh.uvs.push(Vec2::new(u as f32, v as f32));
         }
     }
+    // At a pole, or the middle of a disk, corners coincide but for roundings.
+    let has_area = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|i| mesh.positions[i as usize]);
+        let edges = [b - a, c - b, a - c].map(DVec3::length_squared);
+        (b - a).cross(c - a).length() > 1e-12 * edges.into_iter().fold(0.0, f64::max)
+    };
     let row = AROUND as u32 + 1;
     for j in 0..ACROSS as u32 {
         for i in 0..AROUND as u32 {
             let a = j * row + i;
-            mesh.triangles.push([a, a + 1, a + row + 1]);
-            mesh.triangles.push([a, a + row + 1, a + row]);
+            let two = [[a, a + 1, a + row + 1], [a, a + row + 1, a + row]];
+            mesh.triangles.extend(two.into_iter().filter(has_area));
         }
     }
     mesh.parts = vec![0; mesh.triangles.len()];
@@ -287,6 +293,15 @@ mod tests {
             let [a, b, c] = t.map(|i| mesh.positions[i as usize]);
             assert!((b - a).cross(c - a).dot(a) > 0.0);
         }
+        let whole = Sphere {
+            radius: 2.0,
+            z_min: -2.0,
+            z_max: 2.0,
+            phi_max: 2.0 * PI,
+        };
+        // Each pole is a fan of one triangle a step.
+        let triangles = whole.tessellate().triangles.len();
+        assert_eq!(triangles, 2 * AROUND * (ACROSS - 1));
         let disk = Disk {
             height: 1.0,
             radius: 2.0,
