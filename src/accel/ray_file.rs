@@ -243,6 +243,15 @@ mod tests {
         let boxes = |g: &Geometry| [10, 11].map(|q| g.prim_bounds(q));
         assert_eq!(boxes(&g), boxes(&geometry));
         assert!(read(&file[..file.len() - 1]).is_err());
+        // The last ray's origin, and the first triangle's first corner.
+        let nowhere = f32::NAN.to_le_bytes();
+        let no_vertex = u32::MAX.to_le_bytes();
+        let triangle = 8 + 4 * 8 + 12 * (g.positions.len() - 1);
+        for (at, bytes) in [(file.len() - 32, nowhere), (triangle, no_vertex)] {
+            let mut wrong = file.clone();
+            wrong[at..at + 4].copy_from_slice(&bytes);
+            assert!(read(wrong.as_slice()).is_err(), "{at}");
+        }
         file[0] = b'X';
         assert!(read(file.as_slice()).is_err());
     }

@@ -51,6 +51,14 @@ pub fn facets(geometry: &Geometry) -> &[Facet] {
     geometry.facets.get_or_init(|| gather(geometry))
 }
 
+/// A triangle, of the world or of an instance, that is many times as long as high.
+#[inline]
+pub fn is_sliver(geometry: &Geometry, id: PrimId) -> bool {
+    let (_, part, prim) = geometry.resolve(id);
+    let facet = facets(part).get(prim as usize);
+    facet.is_some_and(|f| f.sliver)
+}
+
 #[cold]
 fn gather(geometry: &Geometry) -> Vec<Facet> {
     let triangles = 0..geometry.triangles.len();
@@ -64,6 +72,7 @@ fn gather(geometry: &Geometry) -> Vec<Facet> {
                 stand_off,
                 shape: geometry.prim_shape[t],
                 light: geometry.prim_light[t],
+                sliver: geometry.is_sliver(t as u32),
             }
         })
         .collect()

@@ -1,6 +1,7 @@
 //! What every path of a render shares.
 
 use super::{Emitters, Kind, Lens, Sites, Start, Tally, Vertex};
+use crate::accel::surface::is_sliver;
 use crate::accel::{Accel, Ray, offset_origin, visible, visible_but};
 use crate::plan::{Effect, Plan};
 use crate::real::{Convert, Real, Vec3};
@@ -114,10 +115,10 @@ impl<'a, A: Accel> World<'a, A> {
         }
     }
 
-    #[cold]
+    #[inline(never)]
     fn sliver<const N: usize>(&self, x: &Vertex<N>) -> PrimId {
         let id = x.prim();
-        if id != PrimId::NONE && self.scene.geometry.is_sliver(id) {
+        if id != PrimId::NONE && is_sliver(&self.scene.geometry, id) {
             id
         } else {
             PrimId::NONE
@@ -174,7 +175,6 @@ impl<'a, A: Accel> World<'a, A> {
     }
 
     /// As [`Self::visible`], of which only the second may be at infinity, without the slivers at the ends.
-    #[cold]
     #[inline(never)]
     fn visible_but_slivers<const N: usize>(&self, near: &Vertex<N>, far: &Vertex<N>) -> bool {
         let but = [self.off(near), self.off(far)];

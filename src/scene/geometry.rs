@@ -97,6 +97,8 @@ pub struct Facet {
     pub shape: u32,
     /// Light, or [`NONE`].
     pub light: u32,
+    /// [`Geometry::is_sliver`].
+    pub sliver: bool,
 }
 
 const _: () = assert!(size_of::<Facet>() == 64);
@@ -132,10 +134,9 @@ impl Geometry {
         (prim as usize) < part.triangles.len()
     }
 
-    /// A triangle beyond [`SLIVER`], of the world or of an instance.
-    pub fn is_sliver(&self, id: PrimId) -> bool {
-        let (_, part, prim) = self.resolve(id);
-        (prim as usize) < part.triangles.len() && part.aspect_squared(prim) > SLIVER * SLIVER
+    /// Triangle `prim` is beyond [`SLIVER`].
+    pub fn is_sliver(&self, prim: u32) -> bool {
+        self.aspect_squared(prim) > SLIVER * SLIVER
     }
 
     /// Longest edge over the height on it, of triangle `prim`, squared.
