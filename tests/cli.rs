@@ -467,3 +467,67 @@ fn path_tracing_is_not_told_to_mutate() {
         assert!(text.contains("wavelengths    4 lanes"), "{text}");
     }
 }
+
+/// Without light there is no error relative to it: what would never end is refused, and the rest is black.
+#[test]
+fn a_scene_without_light_is_black_and_has_no_relative_error() {
+    let dir = Folder::new();
+    let dark = "LookAt 0 0 5 0 0 0 0 1 0\nCamera \"perspective\"\nWorldBegin\nShape \"sphere\"\n";
+    let scene = dir.write("dark.pbrt", dark);
+    let out = dir.path("a.exr");
+    for integrator in ["mlt", "bdpt", "pt"] {
+        let mut c = small_render(&scene, &out);
+        c.args(["--integrator", integrator, "--target-error", "0.1"]);
+        assert!(stderr(&c.assert().code(2)).contains("without light"));
+        let mut c = small_render(&scene, &out);
+        c.args(["--integrator", integrator, "--rounds", "1"]);
+        c.assert().code(0);
+        let image = read_image(&out).expect("an image");
+        assert!(image.rgb.iter().flatten().all(|v| *v == 0.0));
+    }
+    let mut c = metrolux();
+    c.arg("predict").arg(&scene).args(["--target-error", "0.1"]);
+    assert!(stderr(&c.assert().code(2)).contains("without light"));
+}
+
+/// Two scenes in files of one name are two scenes.
+#[test]
+fn scenes_of_one_name_are_timed_apart() {
+    let dir = Folder::new();
+    let all = ["a", "b"].map(|folder| {
+        fs::create_dir(dir.path(folder)).expect("a folder");
+        let name = format!("{folder}/s.pbrt");
+        let sphere = "LookAt 0 0 5 0 0 0 0 1 0\nCamera \"perspective\"\nWorldBegin\nLightSource \"point\" \
+                      \"point3 from\" [ 0 3 3 ]\nShape \"sphere\"\n";
+        dir.write(&name, sphere)
+    });
+    let rays = dir.path("rays");
+    let mut c = metrolux();
+    c.arg("bench-accel")
+        .args(&all)
+        .arg("--save-rays")
+        .arg(&rays);
+    c.args(["--count", "64", "--turns", "1", "--least", "0.01"]);
+    c.args([
+        "--threads",
+        "1",
+        "--contenders",
+        "embree-high",
+        "--json",
+        "-q",
+    ]);
+    let told: Value = serde_json::from_str(&stdout(&c.assert().code(0))).expect("JSON");
+    let names: Vec<&str> = told["builds"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|b| b["scene"].as_str().expect("a name"))
+        .collect();
+    assert_eq!(names, ["s", "s-2"]);
+    let files = fs::read_dir(&rays).expect("a folder").count();
+    let of = |name: &str| dir.path("rays").join(name).is_file();
+    assert!(
+        of("s-primary-closest.rays") && of("s-2-primary-closest.rays"),
+        "{files}"
+    );
+}

@@ -166,15 +166,10 @@ impl Job {
             (None, Some(TargetArg::Luminance)) => Target::Luminance,
             (None, _) => Target::Mixed,
         };
-        let plan = plan(args, scene)?;
-        if args.target_error.is_some() && !plan.lit.contains(&true) {
-            let text = "--target-error is relative to the image: found a scene without light, whose image is black";
-            return Err(usage(text.into()));
-        }
-        Ok(Self {
+        let job = Self {
             bins: args.spectral.map(|n| Bins::new(n as usize)),
             target,
-            plan,
+            plan: plan(args, scene)?,
             integrator,
             stop: Stop {
                 budget,
@@ -183,7 +178,17 @@ impl Job {
             accel: args.accel,
             threads: args.threads.unwrap_or(0),
             outputs,
-        })
+        };
+        if args.target_error.is_some() && job.is_dark() {
+            let text = "--target-error is relative to the image: found a scene without light, whose image is black";
+            return Err(usage(text.into()));
+        }
+        Ok(job)
+    }
+
+    /// No light gives any: the image is black.
+    pub fn is_dark(&self) -> bool {
+        !self.plan.lit.contains(&true)
     }
 }
 
@@ -201,8 +206,14 @@ fn plan(args: &RenderArgs, scene: &mut Scene) -> Result<Plan, CliError> {
     let edges = scene.settings.max_depth as usize + 1;
     if edges > MOST_EDGES {
         let most = MOST_EDGES - 1;
+        let file = scene
+            .sources
+            .integrator
+            .as_ref()
+            .filter(|_| args.max_depth.is_none());
+        let at = file.map_or("--max-depth".into(), |i| i.to_string());
         return Err(CliError::Usage(format!(
-            "paths of that length cannot be stored: found a maximal depth of {}, expected at most {most}",
+            "{at}: paths of that length cannot be stored: found a maximal depth of {}, expected at most {most}",
             scene.settings.max_depth
         )));
     }

@@ -48,7 +48,13 @@ pub fn base(scene: &Path, shared: &[String], command: &str) -> Result<Prepared, 
         return Err(CliError::Usage(text));
     }
     while_running::refuse(&args, command)?;
-    Prepared::new(&args)
+    let prepared = Prepared::new(&args)?;
+    if prepared.job.is_dark() {
+        let text =
+            format!("{command}: errors are relative to the image: found a scene without light");
+        return Err(CliError::Usage(text));
+    }
+    Ok(prepared)
 }
 
 /// The shares that the render with these words has.

@@ -151,9 +151,11 @@ fn veach(study: &Study, summaries: &[Summary], axis: &Axis) -> Option<String> {
     (!each.is_empty()).then_some(text)
 }
 
-/// A time to reach an error.
-pub fn reach(r: Option<Reach>) -> String {
-    let Some(r) = r else { return "never".into() };
+/// A time to reach an error, of a setting whose curve is known or not.
+pub fn reach(r: Option<Reach>, known: bool) -> String {
+    let Some(r) = r else {
+        return if known { "never" } else { "not known" }.into();
+    };
     let mark = if r.extrapolated { " *" } else { "" };
     format!("{}{mark}", bounds(r.needed, time))
 }
@@ -175,9 +177,10 @@ pub fn report(study: &Study) -> String {
             .unwrap_or(0);
         let _ = writeln!(out, "  Time to reach an error of");
         for s in &axis.settings {
-            let reached = summaries[study.number(&s.args)].reach;
-            let each = TARGETS.iter().zip(reached);
-            let each = each.map(|(e, r)| format!("{}: {}", percent(*e), reach(r)));
+            let of = &summaries[study.number(&s.args)];
+            let each = TARGETS.iter().zip(of.reach);
+            let known = of.fit.is_some();
+            let each = each.map(|(e, r)| format!("{}: {}", percent(*e), reach(r, known)));
             let each: Vec<String> = each.collect();
             let _ = writeln!(out, "    {:width$}  {}", s.name, each.join("; "));
         }
@@ -213,13 +216,17 @@ mod tests {
         );
         let needed = Interval::exact(90.0);
         assert_eq!(
-            reach(Some(Reach {
-                needed,
-                extrapolated: true
-            })),
+            reach(
+                Some(Reach {
+                    needed,
+                    extrapolated: true
+                }),
+                true
+            ),
             "90 s (90 s to 90 s) *"
         );
-        assert_eq!(reach(None), "never");
+        assert_eq!(reach(None, true), "never");
+        assert_eq!(reach(None, false), "not known");
         let summary = |e: f64| Summary {
             efficiency: Some(Interval {
                 value: e,

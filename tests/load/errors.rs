@@ -246,6 +246,19 @@ fn thickness_of_a_coat() {
 }
 
 /// What cannot change the image passes in silence.
+/// It decides which random numbers, not which image.
+#[test]
+fn an_unknown_sampler_is_only_told() {
+    let s = load(&format!(
+        "Sampler \"sobel\"\nWorldBegin\nLightSource \"point\"\n{TRIANGLE}"
+    ))
+    .unwrap();
+    assert_eq!(
+        s.warnings,
+        ["<text>:1:1: the sampler \"sobel\" is not known"]
+    );
+}
+
 #[test]
 fn harmless_parameters_pass() {
     let s = load(
